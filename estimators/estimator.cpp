@@ -1,0 +1,14 @@
+#include "estimators/estimator.h"
+
+namespace penumbra {
+
+EstimateCounters& EstimateCounters::operator+=(const EstimateCounters& other) {
+  estimates += other.estimates;
+  samples += other.samples;
+  rays += other.rays;
+  iterations += other.iterations;
+  uncovered += other.uncovered;
+  return *this;
+}
+
+}  // namespace penumbra

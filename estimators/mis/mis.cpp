@@ -1,0 +1,154 @@
+// Multiple importance sampling of light and BSDF directions: the baseline of every comparison.
+//
+// Idea: draw a fixed number of directions from each light and from the BSDF and weight each sample by how likely the
+// other techniques were to produce it.
+// Source: Veach and Guibas 1995, "Optimally combining sampling techniques for Monte Carlo rendering".
+//
+// Equations, with n_k samples from density p_k (per steradian):
+//   balance  F = sum_k sum_j f(X_kj) / sum_q n_q p_q(X_kj)
+//   power-2  F = sum_k sum_j f(X_kj) n_k p_k(X_kj) / sum_q (n_q p_q(X_kj))^2
+//
+// Layouts, at SRL shadow rays per light:
+//   pairs   each light has its own ceil(SRL/2) light and floor(SRL/2) BSDF directions; a BSDF direction counts only for
+//           the light of its pair. As in pbrt's direct lighting, with one ray where pbrt counts a light and a BSDF ray.
+//   shared  one mixture: ceil(SRL/2) directions per light and floor(SRL/2) x lights BSDF directions that see all lights.
+// Lights that can not contribute at a point (below the horizon, facing away) get no samples.
+//
+// Parameters: layout = shared, heuristic = balance, light_sampling = area.
+// Unbiased: every direction that brings light is covered by its light's own samples, and counts are fixed in advance.
+// Weak case: samples are spent on techniques that do not suit the point; narrow visible parts of a large light.
+
+#include <memory>
+
+#include "estimators/mixture/mixture.h"
+#include "estimators/mis/mis.h"
+
+namespace penumbra::mis {
+namespace {
+
+enum class Layout : std::uint8_t { Pairs, Shared };
+enum class Heuristic : std::uint8_t { Balance, Power2 };
+
+class Mis final : public Estimator {
+ public:
+  Mis(const Scene& scene, const ParamSet& params, const Budget& budget)
+      : budget_(budget),
+        layout_(params.text("layout") == "pairs" ? Layout::Pairs : Layout::Shared),
+        heuristic_(params.text("heuristic") == "power2" ? Heuristic::Power2 : Heuristic::Balance),
+        mixture_(scene, light_sampling_of(params), false,
+                 static_cast<std::size_t>(budget.srl()) * std::max<std::size_t>(scene.lights().size(), 1)),
+        counts_(scene.lights().size() + 2),
+        coefficients_(scene.lights().size() + 2) {}
+
+  void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {
+    mixture_.counters() = {};
+    std::size_t i = 0;
+    for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) {
+      for (int s = 0; s < tile.spp; ++s, ++i) {
+        StreamKey key;
+        key.seed = seed;
+        key.pixel = tile.pixel_index(pixel);
+        key.estimate = static_cast<std::uint32_t>(s);
+        const ShadingPoint& point = tile.point(pixel, s);
+        mixture_.counters().estimates += point.valid() ? 1u : 0u;
+        out.radiance[i] = point.valid() && mixture_.set_up(point) ? one_point(key) : Rgb(0.0f);
+      }
+    }
+    mixture_.counters().iterations = mixture_.counters().estimates;
+    out.counters += mixture_.counters();
+  }
+
+ private:
+  Rgb one_point(const StreamKey& key) noexcept {
+    if (layout_ == Layout::Shared) {
+      const int n = shared_mis_counts(budget_.srl(), mixture_.active_lights(),
+                                      mixture_.light_components(), counts_);
+      return narrow(one_mixture(key, n));
+    }
+    RgbSum sum(0.0);
+    for (int light = 0; light < mixture_.active_lights(); ++light) {
+      mixture_.restrict_to_light(light);
+      mixture_.clear_samples();
+      const int n = shared_mis_counts(budget_.srl(), 1, 1, counts_);
+      sum += one_mixture(key, n);
+    }
+    return narrow(sum);
+  }
+
+  // Estimate from n samples with the counts of counts_.
+  RgbSum one_mixture(const StreamKey& key, int n) noexcept {
+    const auto m = static_cast<std::size_t>(mixture_.components());
+    for (std::size_t k = 0; k < m; ++k) coefficients_[k] = static_cast<double>(counts_[k]) / n;
+    mixture_.draw(budget_.sampler, key, std::span(counts_).first(m));
+    const RgbSum sum = heuristic_ == Heuristic::Balance
+                           ? balance_sum(mixture_, 0, std::span(coefficients_).first(m))
+                           : power2_sum(std::span(coefficients_).first(m));
+    return sum / static_cast<double>(n);
+  }
+
+  // Sum of f c_k h_k / sum_q (c_q h_q)^2: N times the estimate, with c_k = n_k/N. Products of two float densities
+  // can not overflow a double.
+  RgbSum power2_sum(std::span<const double> coefficients) noexcept {
+    RgbSum sum(0.0);
+    for (std::size_t i = 0; i < mixture_.size(); ++i) {
+      if (is_black(mixture_.f(i))) continue;
+      const std::span<const float> pdfs = mixture_.pdfs(i);
+      double squares = 0.0;
+      for (std::size_t k = 0; k < pdfs.size(); ++k) {
+        const double density = coefficients[k] * static_cast<double>(pdfs[k]);
+        squares += density * density;
+      }
+      const auto own = static_cast<std::size_t>(mixture_.component(i));
+      const double density = coefficients[own] * static_cast<double>(pdfs[own]);
+      if (!(squares > 0.0)) {
+        ++mixture_.counters().uncovered;
+        continue;
+      }
+      sum += widen(mixture_.f(i)) * (density / squares);
+    }
+    return sum;
+  }
+
+  Budget budget_;
+  Layout layout_;
+  Heuristic heuristic_;
+  Mixture mixture_;
+  std::vector<int> counts_;
+  std::vector<double> coefficients_;
+};
+
+std::span<const ParamSpec> params() {
+  static const std::vector<ParamSpec> specs = {
+      {.name = "layout",
+       .default_value = std::string("shared"),
+       .doc = "shared: one mixture for all lights; pairs: light and BSDF samples for each light, as in pbrt",
+       .choices = {"shared", "pairs"}},
+      {.name = "heuristic",
+       .default_value = std::string("balance"),
+       .doc = "weights of the techniques: balance or power with exponent 2",
+       .choices = {"balance", "power2"}},
+      light_sampling_param(),
+  };
+  return specs;
+}
+
+std::string bias_reason(const ParamSet&) { return {}; }
+
+std::unique_ptr<Estimator> create(const Scene& scene, const ParamSet& params, const Budget& budget) {
+  return std::make_unique<Mis>(scene, params, budget);
+}
+
+}  // namespace
+
+constinit const EstimatorEntry kEntry = {
+    .name = "mis",
+    .summary = "multiple importance sampling of lights and BSDF",
+    .citation = "Veach and Guibas 1995, Optimally combining sampling techniques for Monte Carlo rendering",
+    .adaptive = false,
+    .min_srl = 2,
+    .params = params,
+    .bias_reason = bias_reason,
+    .create = create,
+};
+
+}  // namespace penumbra::mis

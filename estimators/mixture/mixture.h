@@ -1,0 +1,141 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "estimators/estimator.h"
+
+/// The multi-sample mixture that `mis` and `pmc_hi` share: one component per light (or one for all lights), one for the
+/// BSDF, and an optional cone. It draws directions, evaluates every component's density for each, and traces them as
+/// one batch. What weights the samples get is the estimator's business.
+namespace penumbra {
+
+/// Double-precision RGB, for sums and weights.
+using RgbSum = Vec3d;
+
+inline RgbSum widen(const Rgb& c) noexcept { return {c.x, c.y, c.z}; }
+inline Rgb narrow(const RgbSum& c) noexcept {
+  return {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
+}
+inline double luminance(const RgbSum& c) noexcept {
+  return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
+}
+
+/// Uniform directions about an axis; inactive while `one_minus_cos` is 0.
+struct Cone {
+  Vec3 axis{0.0f, 0.0f, 1.0f};  ///< unit
+  float one_minus_cos{0.0f};    ///< of the half angle
+
+  bool active() const noexcept { return one_minus_cos > 0.0f; }
+  /// Density 1/(2 pi (1 - cos beta)) inside, 0 outside [1/sr].
+  float pdf_w(const Vec3& wi) const noexcept;
+};
+
+/// Components are numbered lights first (those that can contribute at the point), then BSDF, then cone.
+class Mixture {
+ public:
+  /// @param lights_as_one  one component that draws a light uniformly, instead of one per light
+  /// @param max_samples    largest number of samples kept at a time
+  Mixture(const Scene& scene, LightSampling light_sampling, bool lights_as_one,
+          std::size_t max_samples);
+
+  /// Binds the mixture to a point: sets up the lights that can contribute there and drops the cone and all samples.
+  /// @return false where no light can contribute, so that the radiance is exactly 0
+  bool set_up(const ShadingPoint& point) noexcept;
+
+  /// Lights that can contribute at the point.
+  int active_lights() const noexcept { return static_cast<int>(active_.size()); }
+  /// Scene index of active light i.
+  std::uint32_t light_index(int i) const noexcept { return active_ids_[static_cast<std::size_t>(i)]; }
+
+  int light_components() const noexcept { return lights_as_one_ ? 1 : last_light_ - first_light_; }
+  int bsdf_component() const noexcept { return light_components(); }
+  int cone_component() const noexcept { return light_components() + 1; }
+  int components() const noexcept { return light_components() + 2; }
+
+  /// Leaves only active light i in the mixture: its samples and light that arrives from it. The BSDF component then
+  /// has random numbers of its own per light. -1 restores all lights.
+  void restrict_to_light(int i) noexcept;
+
+  Cone& cone() noexcept { return cone_; }
+
+  /// Draws counts[k] directions from component k, traces those that can contribute and appends them to the samples.
+  /// A direction that meets no light's surface, lies below the horizon or has black f has value 0 and is not kept.
+  /// @param key     seed, pixel, estimate and iteration; the component is filled in
+  /// @param counts  [component]
+  void draw(SamplerKind sampler, StreamKey key, std::span<const int> counts) noexcept;
+
+  void clear_samples() noexcept { size_ = 0; }
+  std::size_t size() const noexcept { return size_; }
+  const Vec3& wi(std::size_t i) const noexcept { return wi_[i]; }
+  /// Integrand: arriving radiance x BSDF x cosine.
+  const Rgb& f(std::size_t i) const noexcept { return f_[i]; }
+  int component(std::size_t i) const noexcept { return component_[i]; }
+  /// Density of every component in the direction of sample i [1/sr]; its own is the one it was drawn with.
+  std::span<const float> pdfs(std::size_t i) const noexcept {
+    const auto m = static_cast<std::size_t>(components());
+    return {&pdfs_[i * max_components_], m};
+  }
+
+  EstimateCounters& counters() noexcept { return counters_; }
+
+ private:
+  void draw_light(SamplerKind sampler, StreamKey key, int component, int count) noexcept;
+  void draw_all_lights(SamplerKind sampler, StreamKey key, int count) noexcept;
+  void draw_bsdf(SamplerKind sampler, StreamKey key, int count) noexcept;
+  void draw_cone(SamplerKind sampler, StreamKey key, int count) noexcept;
+  bool fill_light_pdfs(const Vec3& wi, int own, float own_pdf, float* pdfs) const noexcept;
+  void keep(const Vec3& wi, const Vec3& wi_local, int component, float own_pdf) noexcept;
+  void trace(std::size_t first) noexcept;
+  const LightProposal& proposal(int component) const noexcept {
+    return active_[static_cast<std::size_t>(first_light_ + component)];
+  }
+
+  const Scene* scene_;
+  LightSampling light_sampling_;
+  bool lights_as_one_;
+  std::size_t max_components_;
+
+  // The point.
+  ShadingPoint point_;
+  Frame frame_{Vec3(0.0f, 0.0f, 1.0f)};
+  BoundBsdf bsdf_;
+  std::vector<LightProposal> active_;
+  std::vector<std::uint32_t> active_ids_;
+  int first_light_{0}, last_light_{0};
+  bool restricted_{false};
+  Cone cone_;
+
+  // The samples, structure of arrays.
+  std::size_t size_{0};
+  std::vector<Vec3> wi_;
+  std::vector<Rgb> f_;
+  std::vector<int> component_;
+  std::vector<float> pdfs_;  // [sample][max_components_]
+  RayBatch rays_;
+  EstimateCounters counters_;
+};
+
+/// Density of the mixture with coefficients c_k at one sample: K = sum_k c_k h_k [1/sr].
+inline double mixture_pdf_w(std::span<const float> pdfs, std::span<const double> coefficients) noexcept {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < pdfs.size(); ++k) sum += coefficients[k] * static_cast<double>(pdfs[k]);
+  return sum;
+}
+
+/// Sum over samples [first, mixture.size()) of f/K with K = sum_k (n_k/N) h_k: N times the balance-heuristic estimate.
+/// A sample with f > 0 and K = 0 is counted as uncovered and adds nothing.
+RgbSum balance_sum(Mixture& mixture, std::size_t first, std::span<const double> coefficients) noexcept;
+
+/// Counts of the shared MIS layout: half of each light's shadow rays for the light, the other half pooled for the BSDF;
+/// an odd one goes to the light.
+/// @param counts  [component]; filled for light components and BSDF, cone 0
+/// @return the sum of the counts
+int shared_mis_counts(int srl, int active_lights, int light_components, std::span<int> counts) noexcept;
+
+/// The parameter `light_sampling` and its value: how directions towards a light are drawn.
+ParamSpec light_sampling_param();
+LightSampling light_sampling_of(const ParamSet& params);
+
+}  // namespace penumbra

@@ -1,0 +1,164 @@
+#include "estimators/pmc_hi/adaptation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace penumbra::pmc_hi {
+namespace {
+
+// Shortest mean resultant for which a mean direction is meaningful.
+constexpr double kMinResultant = 1e-3;
+
+double unit(std::uint32_t bits) noexcept { return static_cast<double>(bits) * 0x1p-32; }
+
+void largest_remainder(std::span<const double> alpha, int total, std::uint32_t bits,
+                       std::span<int> counts) noexcept {
+  int assigned = 0;
+  for (std::size_t k = 0; k < alpha.size(); ++k) {
+    counts[k] = static_cast<int>(std::floor(total * alpha[k]));
+    assigned += counts[k];
+  }
+  // Each remaining sample goes to the component that is owed most. The search starts at a random component, so that
+  // among equals no fixed one is favoured.
+  const auto m = static_cast<std::uint32_t>(alpha.size());
+  const auto start = static_cast<std::uint32_t>((std::uint64_t{bits} * m) >> 32);
+  for (; assigned < total; ++assigned) {
+    std::size_t best = 0;
+    double most_owed = -1e300;
+    for (std::uint32_t step = 0; step < m; ++step) {
+      const std::size_t k = (start + step) % m;
+      const double owed = alpha[k] > 0.0 ? total * alpha[k] - counts[k] : -1e300;
+      if (owed > most_owed + 1e-9) {
+        most_owed = owed;
+        best = k;
+      }
+    }
+    ++counts[best];
+  }
+}
+
+void systematic(std::span<const double> alpha, int total, double offset,
+                std::span<int> counts) noexcept {
+  double cumulative = 0.0;
+  int before = 0;
+  for (std::size_t k = 0; k < alpha.size(); ++k) {
+    cumulative += total * alpha[k];
+    const bool last = k + 1 == alpha.size();
+    const int upto =
+        last ? total : std::min(total, static_cast<int>(std::floor(cumulative + offset)));
+    counts[k] = upto - before;
+    before = upto;
+  }
+}
+
+void multinomial(std::span<const double> alpha, int total, const StreamKey& key,
+                 std::span<int> counts) noexcept {
+  std::fill(counts.begin(), counts.end(), 0);
+  const PointSet points(SamplerKind::Independent, key, static_cast<std::uint32_t>(total));
+  for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(total); ++i) {
+    double u = static_cast<double>(points(i).choice);
+    std::size_t k = 0;
+    while (k + 1 < alpha.size() && u >= alpha[k]) u -= alpha[k++];
+    while (alpha[k] <= 0.0 && k > 0) --k;  // rounding past the last positive weight
+    ++counts[k];
+  }
+}
+
+double half_angle(BetaRule rule, double resultant, double mean_square_angle) noexcept {
+  const double r = std::min(resultant, 1.0);
+  switch (rule) {
+    case BetaRule::RmsAngle: return std::sqrt(mean_square_angle);
+    case BetaRule::Chord: return std::sqrt(2.0 * (1.0 - r));
+    case BetaRule::SphericalStd: return std::sqrt(1.0 - r * r);
+    case BetaRule::PerAxisStd: return std::sqrt(0.5 * (1.0 - r * r));
+    case BetaRule::CircularStd: return std::sqrt(-2.0 * std::log(r));
+    case BetaRule::MeanAngle: return std::acos(r);
+  }
+  return 0.0;
+}
+
+}  // namespace
+
+void round_counts(Rounding rounding, std::span<const double> alpha, int total, StreamKey key,
+                  std::span<int> counts) noexcept {
+  key.component = kRoundingComponent;
+  switch (rounding) {
+    case Rounding::LargestRemainder:
+      return largest_remainder(alpha, total, random_bits(key), counts);
+    case Rounding::Systematic: return systematic(alpha, total, unit(random_bits(key)), counts);
+    case Rounding::Multinomial: return multinomial(alpha, total, key, counts);
+  }
+}
+
+void raise_to_minimum(std::span<int> counts, int minimum) noexcept {
+  const std::size_t cone = counts.size() - 1;
+  for (std::size_t k = 0; k < cone; ++k) {
+    while (counts[k] < minimum) {
+      const auto largest = std::max_element(counts.begin(), counts.end());
+      --*largest;
+      ++counts[k];
+    }
+  }
+}
+
+Cone fit_cone(const Mixture& mixture, std::size_t first, std::span<const double> weights,
+              const ConeRules& rules) noexcept {
+  // Weights relative to the largest: their sums stay in range for radiance of any magnitude.
+  double largest = 0.0;
+  for (const double weight : weights) largest = std::max(largest, weight);
+  Vec3d sum(0.0);
+  double total = 0.0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const double w = weights[i] / largest;
+    sum += Vec3d(mixture.wi(first + i)) * w;
+    total += w;
+  }
+  const double length = sum.length();
+  const double resultant = length / total;
+  if (!(resultant >= kMinResultant)) return {};
+  const Vec3d axis = sum / length;
+
+  double mean_square_angle = 0.0;
+  if (rules.rule == BetaRule::RmsAngle) {
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      if (weights[i] == 0.0) continue;
+      const Vec3d wi(mixture.wi(first + i));
+      const double angle = std::atan2(axis.cross(wi).length(), axis.dot(wi));
+      mean_square_angle += weights[i] / largest * angle * angle;
+    }
+    mean_square_angle /= total;
+  }
+  const double beta = std::clamp(
+      rules.scale * half_angle(rules.rule, resultant, mean_square_angle), rules.min, rules.max);
+  const double s = std::sin(0.5 * beta);
+  return {Vec3(axis).normalized(), static_cast<float>(2.0 * s * s)};
+}
+
+void add_tag_sums(const Mixture& mixture, std::size_t first, std::span<const double> weights,
+                  std::span<double> sums) noexcept {
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    sums[static_cast<std::size_t>(mixture.component(first + i))] += weights[i];
+  }
+}
+
+void add_posterior_sums(const Mixture& mixture, std::size_t first, std::span<const double> weights,
+                        std::span<const double> coefficients, std::span<double> sums) noexcept {
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    if (weights[i] == 0.0) continue;
+    const std::span<const float> pdfs = mixture.pdfs(first + i);
+    const double scale = weights[i] / mixture_pdf_w(pdfs, coefficients);
+    for (std::size_t k = 0; k < sums.size(); ++k) {
+      sums[k] += scale * coefficients[k] * static_cast<double>(pdfs[k]);
+    }
+  }
+}
+
+bool normalise(std::span<double> values) noexcept {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  if (!(sum > 0.0)) return false;
+  for (double& value : values) value /= sum;
+  return true;
+}
+
+}  // namespace penumbra::pmc_hi

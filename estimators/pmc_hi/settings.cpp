@@ -1,0 +1,151 @@
+#include "estimators/pmc_hi/settings.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "scenes/core/error.h"
+
+namespace penumbra::pmc_hi {
+namespace {
+
+// Position of a parameter's value among its declared choices; enums are declared in the same order.
+template <typename Enum>
+Enum choice(const ParamSet& params, std::string_view name) {
+  for (const ParamSpec& spec : specs()) {
+    if (spec.name != name) continue;
+    const auto found = std::find(spec.choices.begin(), spec.choices.end(), params.text(name));
+    return static_cast<Enum>(found - spec.choices.begin());
+  }
+  PN_CHECK(false, "the parameter is declared");
+  return Enum{};
+}
+
+ParamSpec text(std::string name, std::vector<std::string> choices, std::string doc) {
+  ParamSpec spec{.name = std::move(name), .default_value = choices.front(), .doc = std::move(doc)};
+  spec.choices = std::move(choices);
+  return spec;
+}
+
+ParamSpec number(std::string name, ParamValue value, double min, double max, std::string doc) {
+  return {.name = std::move(name),
+          .default_value = std::move(value),
+          .doc = std::move(doc),
+          .choices = {},
+          .min = min,
+          .max = max};
+}
+
+}  // namespace
+
+std::span<const ParamSpec> specs() {
+  static const std::vector<ParamSpec> table = {
+      light_sampling_param(),
+      text("light_mode", {"per_light", "all_as_one"},
+           "one component per light, or one that draws a light uniformly"),
+      text("schedule", {"populations", "single"},
+           "adaptive rays in iterations of `population` samples, or all in one iteration"),
+      number("population", std::int64_t{0}, 0, 65536,
+             "samples per adaptive iteration; 0 means twice the number of components"),
+      {.name = "adapt",
+       .default_value = true,
+       .doc = "false: all rays in the initial iteration, nothing is learned"},
+      text("initial", {"equal", "mis_split"},
+           "first weights: equal, or half BSDF and half lights as the shared layout of mis"),
+      text("rounding", {"largest_remainder", "systematic", "multinomial"},
+           "how N alpha becomes counts"),
+      text("denominator", {"counts", "alpha"}, "mixture density from n_k/N or from alpha_k"),
+      number("n_min", std::int64_t{1}, 0, 16,
+             "samples that every component but the cone gets in every iteration; 0 is the literal paper"),
+      number("alpha_floor", 0.0, 0.0, 0.5,
+             "smallest weight of every component but the cone, for the alpha denominator"),
+      text("update", {"tag", "rb"},
+           "Eq. 6 by the component that drew a sample, or Rao-Blackwellised over all components"),
+      text("memory", {"last", "cumulative"}, "weights learned from the last or from all iterations"),
+      text("combine", {"average", "sqrt", "last", "adaptive_only", "inverse_variance", "pooled"},
+           "how iterations become one estimate; the last two are biased"),
+      {.name = "cone", .default_value = true, .doc = "false leaves the cone component out"},
+      number("alpha_cone", 0.2, 0.0, 0.9, "weight of the cone when it enters the mixture"),
+      number("cone_min_hits", std::int64_t{2}, 1, 64,
+             "samples with positive weight that a cone needs; 1 is the literal paper"),
+      text("beta_rule",
+           {"rms_angle", "chord", "spherical_std", "per_axis_std", "circular_std", "mean_angle"},
+           "the cone's half angle from the weighted directions"),
+      number("beta_scale", 1.0, 0.01, 10.0, "factor on the cone's half angle"),
+      number("beta_min", 0.02, 1e-6, 1.5, "smallest half angle of the cone [rad]"),
+      number("beta_max", 1.5707963267948966, 1e-3, 3.141592653589793,
+             "largest half angle of the cone [rad]"),
+  };
+  return table;
+}
+
+Settings read_settings(const ParamSet& params) {
+  Settings s;
+  s.light_sampling = light_sampling_of(params);
+  s.lights_as_one = params.text("light_mode") == "all_as_one";
+  s.single_stage = params.text("schedule") == "single";
+  s.population = static_cast<int>(params.integer("population"));
+  s.adapt = params.boolean("adapt");
+  s.initial = choice<Initial>(params, "initial");
+  s.rounding = choice<Rounding>(params, "rounding");
+  s.denominator = choice<Denominator>(params, "denominator");
+  s.n_min = static_cast<int>(params.integer("n_min"));
+  s.alpha_floor = params.real("alpha_floor");
+  s.update = choice<Update>(params, "update");
+  s.cumulative = params.text("memory") == "cumulative";
+  s.combine = choice<Combine>(params, "combine");
+  s.cone = params.boolean("cone");
+  s.alpha_cone = params.real("alpha_cone");
+  s.cone_min_hits = static_cast<int>(params.integer("cone_min_hits"));
+  s.cone_rules = {choice<BetaRule>(params, "beta_rule"), params.real("beta_scale"),
+                  params.real("beta_min"), params.real("beta_max")};
+  return s;
+}
+
+std::string bias_reason(const ParamSet& params) {
+  const Settings s = read_settings(params);
+  if (s.combine == Combine::InverseVariance) {
+    return "combination weights come from the estimates that they combine";
+  }
+  if (s.combine == Combine::Pooled) {
+    return "later kernels of the pooled denominator depend on earlier samples";
+  }
+  if (!s.adapt) return {};
+  const bool fixed_counts = s.rounding == Rounding::LargestRemainder;
+  if (s.denominator == Denominator::Alpha) {
+    if (fixed_counts) return "deterministic counts with alpha in the denominator";
+    if (s.n_min > 0) return "counts raised to n_min with alpha in the denominator";
+    if (s.alpha_floor <= 0.0) return "a component whose weight reaches 0 is never revived";
+    return {};
+  }
+  if (s.n_min == 0) {
+    return fixed_counts ? "a component whose weight reaches 0 is never revived"
+                        : "counts in the denominator while a component can get none";
+  }
+  return {};
+}
+
+void check_budget(const Settings& s, const Budget& budget, std::size_t lights) {
+  if (s.n_min == 0 || lights == 0) return;
+  // The tightest point has one light that can contribute: SRL samples for two components. Where more lights can, the
+  // samples grow faster than the components.
+  const int needed = 2 * s.n_min;
+  const std::string where = "pmc_hi: n_min = " + std::to_string(s.n_min) + " needs ";
+  const int initial = s.adapt ? budget.srl_initial : budget.srl();
+  if (initial < needed) {
+    throw InputError(where + "at least " + std::to_string(needed) +
+                     " initial shadow rays per light, found " + std::to_string(initial));
+  }
+  if (s.adapt && budget.srl_adaptive > 0 && budget.srl_adaptive < needed) {
+    throw InputError(where + "at least " + std::to_string(needed) +
+                     " adaptive shadow rays per light, found " +
+                     std::to_string(budget.srl_adaptive));
+  }
+  const int components = s.lights_as_one ? 2 : static_cast<int>(lights) + 1;
+  if (s.adapt && s.population > 0 && s.population < s.n_min * components) {
+    throw InputError(where + "a population of at least " + std::to_string(s.n_min * components) +
+                     " for " + std::to_string(components) + " components, found " +
+                     std::to_string(s.population));
+  }
+}
+
+}  // namespace penumbra::pmc_hi

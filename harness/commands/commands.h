@@ -1,0 +1,82 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+/// The subcommands of `penumbra`. Each returns its exit code; user faults are thrown as InputError and the like, and
+/// main turns them into a message and a code.
+namespace penumbra {
+
+/// Exit codes of the program (README.md has the table).
+enum ExitCode : int {
+  kSuccess = 0,
+  kRegression = 1,
+  kInputFault = 2,
+  kInconclusive = 3,
+  kRunFailure = 4,
+  kReferenceFault = 5,
+  kCorrectness = 6,
+  kInterrupted = 130,
+};
+
+struct ConfigOptions {
+  std::filesystem::path config;
+  std::vector<std::string> overrides;  ///< "key.path=value"
+};
+
+struct ListOptions {
+  std::string what{"all"};  ///< estimators, scenes, metrics
+  bool json{false};
+};
+int list_command(const ListOptions& options);
+
+int validate_command(const ConfigOptions& options);
+
+int plan_command(const ConfigOptions& options);
+
+struct ReferenceOptions {
+  ConfigOptions config;
+  std::string scene;  ///< empty: all
+  int add_spp{0};
+  std::optional<int> threads;
+};
+int reference_command(const ReferenceOptions& options);
+
+struct RunCommandOptions {
+  ConfigOptions config;
+  std::filesystem::path out;  ///< empty: results/<config name>
+  std::string only;
+  std::optional<int> threads;
+  std::string command_line;
+};
+int run_command(const RunCommandOptions& options);
+
+struct RenderOptions {
+  std::string scene;                 ///< name of a shipped scene or a scene file
+  std::string estimator{"mis"};
+  int spp{8};
+  std::string srl{"16"};
+  std::string sampler{"independent"};
+  std::vector<std::string> params;   ///< "name=value"
+  std::vector<int> resolution;       ///< width, height, or empty
+  std::uint64_t seed{1};
+  float exposure{0.0f};
+  int threads{0};
+  std::filesystem::path out;         ///< .exr or .png
+  std::filesystem::path maps;        ///< .png of the estimator's maps, or empty
+};
+int render_command(const RenderOptions& options);
+
+struct InspectOptions {
+  std::string scene;
+  bool json{false};
+};
+int inspect_command(const InspectOptions& options);
+
+/// A scene's file: scenes/<name>/scene.json, or the path itself when it names a file.
+/// @throws InputError listing the scenes that there are
+std::filesystem::path scene_path(const std::string& scene);
+
+}  // namespace penumbra

@@ -1,0 +1,149 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "harness/clocks.h"
+#include "harness/commands/commands.h"
+#include "harness/render.h"
+#include "harness/scene_store.h"
+
+namespace penumbra {
+namespace {
+
+constexpr int kRepetitions = 5;
+constexpr int kSrl = 18;
+
+// Where the time of one `mis` estimate goes: its total, and the same rays traced again alone.
+struct TimeSplit {
+  std::string sampler;
+  double rays_per_estimate{0};
+  double total_ns{0};    ///< per estimate
+  double queries_ns{0};  ///< per estimate, inside the bare ray queries
+};
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+RenderSettings mis_settings(SamplerKind sampler) {
+  RenderSettings settings;
+  settings.estimator = find_estimator("mis");
+  std::vector<ParamProblem> problems;
+  settings.params = resolve_params(settings.estimator->params(), {}, problems);
+  settings.budget = {sampler, kSrl, 0};
+  settings.spp = 1;
+  settings.threads = 1;
+  settings.seed = 1;
+  return settings;
+}
+
+TimeSplit time_split(Scene& scene, const ShadingPoints& points, SamplerKind sampler) {
+  const RenderSettings settings = mis_settings(sampler);
+  RayRecorder recorder;
+  scene.set_recorder(&recorder);
+  const RenderResult recorded = render(scene, points, settings);
+  scene.set_recorder(nullptr);
+  std::vector<double> totals;
+  std::vector<double> queries;
+  for (int i = 0; i < kRepetitions; ++i) {
+    totals.push_back(render(scene, points, settings).time_cpu_s);
+    const Stopwatch watch;
+    for (RayBatch& batch : recorder.batches) scene.intersect(batch);
+    queries.push_back(watch.cpu_s());
+  }
+  const auto estimates =
+      static_cast<double>(std::max<std::uint64_t>(recorded.counters.estimates, 1));
+  TimeSplit split;
+  split.sampler = std::string(to_string(sampler));
+  split.rays_per_estimate = static_cast<double>(recorded.counters.rays) / estimates;
+  split.total_ns = median(totals) / estimates * 1e9;
+  split.queries_ns = median(queries) / estimates * 1e9;
+  return split;
+}
+
+void print_text(const Scene& scene, double load_s, const ShadingPoints& points,
+                const std::vector<TimeSplit>& splits) {
+  const SceneTraits& t = scene.traits();
+  fmt::print("scene {}  (content {})\n", scene.name(), scene.content_hash());
+  fmt::print("  geometry     {} triangles, {} spheres, {:.1f} kB in the ray tracer, loaded in {:.1f} ms\n",
+             t.triangles, t.spheres, static_cast<double>(t.ray_scene_bytes) / 1024.0, load_s * 1e3);
+  fmt::print("  scale        {} scene units per world unit, centre ({}, {}, {}), diagonal {:.3g}\n",
+             t.scale, t.center.x, t.center.y, t.center.z, t.diagonal);
+  fmt::print("  materials    {}{}, sharpest glossy lobe alpha {:g}\n", t.materials,
+             t.all_diffuse ? ", all diffuse" : "", static_cast<double>(t.min_alpha));
+  fmt::print("  lights       {}: {} rectangles, {} spheres, {} meshes\n", scene.lights().size(),
+             t.rectangle_lights, t.sphere_lights, t.mesh_lights);
+  for (const Light& light : scene.lights()) {
+    fmt::print("    {:<12} radiance ({:g}, {:g}, {:g}), area {:.4g}, {}\n", light.name,
+               static_cast<double>(light.radiance.x), static_cast<double>(light.radiance.y),
+               static_cast<double>(light.radiance.z), light.area / (t.scale * t.scale),
+               light.two_sided ? "two-sided" : "one-sided");
+  }
+  fmt::print("  camera       {} x {}, {:.1f} % of the pixel centres can reflect light\n", points.width,
+             points.height,
+             100.0 * static_cast<double>(points.valid_count) / static_cast<double>(points.points.size()));
+  fmt::print("\none estimate of mis at SRL {}, one thread, medians of {}:\n", kSrl, kRepetitions);
+  for (const TimeSplit& s : splits) {
+    fmt::print("  {:<12} {:6.0f} ns = {:.0f} ns in ray queries ({:.1f} rays) + {:.0f} ns outside\n",
+               s.sampler, s.total_ns, s.queries_ns, s.rays_per_estimate, s.total_ns - s.queries_ns);
+  }
+}
+
+void print_json(const Scene& scene, double load_s, const ShadingPoints& points,
+                const std::vector<TimeSplit>& splits) {
+  const SceneTraits& t = scene.traits();
+  nlohmann::ordered_json json;
+  json["scene"] = scene.name();
+  json["content_hash"] = scene.content_hash();
+  json["load_ms"] = load_s * 1e3;
+  json["triangles"] = t.triangles;
+  json["spheres"] = t.spheres;
+  json["ray_tracer_bytes"] = t.ray_scene_bytes;
+  json["scale"] = t.scale;
+  json["diagonal"] = t.diagonal;
+  json["materials"] = t.materials;
+  json["all_diffuse"] = t.all_diffuse;
+  json["min_alpha"] = t.min_alpha;
+  for (const Light& light : scene.lights()) {
+    json["lights"].push_back({{"name", light.name},
+                              {"radiance", {light.radiance.x, light.radiance.y, light.radiance.z}},
+                              {"area", light.area / (t.scale * t.scale)},
+                              {"two_sided", light.two_sided}});
+  }
+  json["resolution"] = {points.width, points.height};
+  json["valid_points"] = points.valid_count;
+  for (const TimeSplit& s : splits) {
+    json["mis_estimate"].push_back({{"sampler", s.sampler},
+                                    {"srl", kSrl},
+                                    {"rays", s.rays_per_estimate},
+                                    {"total_ns", s.total_ns},
+                                    {"ray_query_ns", s.queries_ns},
+                                    {"outside_ns", s.total_ns - s.queries_ns}});
+  }
+  fmt::print("{}\n", json.dump(2));
+}
+
+}  // namespace
+
+int inspect_command(const InspectOptions& options) {
+  const Stopwatch watch;
+  // A small image is enough for traits and times per estimate.
+  const std::unique_ptr<Scene> scene = load_scene(scene_path(options.scene), {{320, 180}});
+  const double load_s = watch.wall_s();
+  const ShadingPoints points = make_shading_points(*scene, 1, kCameraSeed, 16);
+  std::vector<TimeSplit> splits;
+  for (const SamplerKind sampler :
+       {SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol}) {
+    splits.push_back(time_split(*scene, points, sampler));
+  }
+  if (options.json) {
+    print_json(*scene, load_s, points, splits);
+  } else {
+    print_text(*scene, load_s, points, splits);
+  }
+  return kSuccess;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,128 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "estimators/estimator.h"
+#include "harness/commands/commands.h"
+#include "harness/metrics.h"
+#include "harness/project_root.h"
+#include "scenes/core/scene_file.h"
+
+namespace penumbra {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json value_json(const ParamValue& value) {
+  return std::visit([](const auto& v) { return Json(v); }, value);
+}
+
+ParamSet defaults_of(const EstimatorEntry& entry) {
+  std::vector<ParamProblem> problems;
+  return resolve_params(entry.params(), {}, problems);
+}
+
+std::string allowed_text(const ParamSpec& spec) {
+  if (!spec.choices.empty()) return fmt::format("{}", fmt::join(spec.choices, " | "));
+  if (std::holds_alternative<bool>(spec.default_value)) return "true | false";
+  return fmt::format("{:g} to {:g}", spec.min, spec.max);
+}
+
+Json estimators_json() {
+  Json list = Json::array();
+  for (const EstimatorEntry* entry : all_estimators()) {
+    const std::string bias = entry->bias_reason(defaults_of(*entry));
+    Json params = Json::array();
+    for (const ParamSpec& spec : entry->params()) {
+      Json param = {{"name", spec.name}, {"default", value_json(spec.default_value)}, {"doc", spec.doc}};
+      if (!spec.choices.empty()) param["choices"] = spec.choices;
+      if (std::isfinite(spec.min)) param["min"] = spec.min;
+      if (std::isfinite(spec.max)) param["max"] = spec.max;
+      params.push_back(param);
+    }
+    list.push_back({{"name", entry->name},
+                    {"summary", entry->summary},
+                    {"citation", entry->citation},
+                    {"unbiased", bias.empty()},
+                    {"bias_reason", bias},
+                    {"adaptive", entry->adaptive},
+                    {"min_srl", entry->min_srl},
+                    {"params", params}});
+  }
+  return list;
+}
+
+void print_estimators() {
+  for (const EstimatorEntry* entry : all_estimators()) {
+    const std::string bias = entry->bias_reason(defaults_of(*entry));
+    fmt::print("{}  {}\n", entry->name, entry->summary);
+    fmt::print("    {}\n", entry->citation);
+    fmt::print("    {}; SRL {}, at least {}\n", bias.empty() ? "unbiased with its defaults" : "biased: " + bias,
+               entry->adaptive ? "A-B (initial-adaptive)" : "A", entry->min_srl);
+    for (const ParamSpec& spec : entry->params()) {
+      fmt::print("    {:<16} {:<18} {}\n{:37}{}\n", spec.name, "= " + to_string(spec.default_value),
+                 spec.doc, "", allowed_text(spec));
+    }
+    fmt::print("\n");
+  }
+}
+
+Json scenes_json() {
+  Json list = Json::array();
+  for (const std::string& name : scene_names(project_root())) {
+    const SceneDescription scene = load_scene_description(scene_path(name));
+    list.push_back({{"name", name},
+                    {"summary", scene.summary},
+                    {"resolution", scene.camera.resolution},
+                    {"shapes", scene.shapes.size()}});
+  }
+  return list;
+}
+
+Json metrics_json() {
+  Json list = Json::array();
+  for (const MetricInfo& metric : metric_table()) {
+    list.push_back({{"name", metric.name},
+                    {"label", metric.label},
+                    {"unit", metric.unit},
+                    {"formula", metric.formula},
+                    {"lower_is_better", metric.lower_is_better}});
+  }
+  return list;
+}
+
+}  // namespace
+
+int list_command(const ListOptions& options) {
+  const bool all = options.what == "all";
+  if (options.json) {
+    Json json;
+    if (all || options.what == "estimators") json["estimators"] = estimators_json();
+    if (all || options.what == "scenes") json["scenes"] = scenes_json();
+    if (all || options.what == "metrics") json["metrics"] = metrics_json();
+    fmt::print("{}\n", json.dump(2));
+    return kSuccess;
+  }
+  if (all || options.what == "estimators") {
+    if (all) fmt::print("ESTIMATORS\n");
+    print_estimators();
+  }
+  if (all || options.what == "scenes") {
+    if (all) fmt::print("SCENES\n");
+    for (const Json& scene : scenes_json()) {
+      fmt::print("{:<22} {}\n", scene["name"].get<std::string>(), scene["summary"].get<std::string>());
+    }
+    if (all) fmt::print("\n");
+  }
+  if (all || options.what == "metrics") {
+    if (all) fmt::print("METRICS\n");
+    for (const MetricInfo& metric : metric_table()) {
+      fmt::print("{:<16} [{}] {}\n", metric.name, metric.unit, metric.formula);
+    }
+  }
+  return kSuccess;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,139 @@
+#include "harness/render.h"
+
+#include <fmt/format.h>
+
+#include "harness/commands/commands.h"
+#include "harness/config_values.h"
+#include "harness/exr.h"
+#include "harness/picture.h"
+#include "harness/plan.h"
+#include "harness/progress.h"
+#include "harness/project_root.h"
+#include "harness/scene_store.h"
+#include "scenes/core/error.h"
+#include "scenes/core/suggest.h"
+
+namespace penumbra {
+namespace {
+
+const EstimatorEntry& estimator_of(const std::string& name) {
+  if (const EstimatorEntry* entry = find_estimator(name)) return *entry;
+  std::vector<std::string> names;
+  for (const EstimatorEntry* entry : all_estimators()) names.emplace_back(entry->name);
+  throw InputError("--estimator: unknown estimator \"" + name + "\"" + did_you_mean(name, names));
+}
+
+// A JSON scalar, or else the text itself.
+ParamValue value_of(const std::string& text) {
+  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+  return (json.is_discarded() ? std::nullopt : param_from_json(json)).value_or(text);
+}
+
+// "name=value" with the type that the parameter declares.
+ParamSet params_of(const EstimatorEntry& entry, const std::vector<std::string>& assignments) {
+  ParamSet::Map given;
+  for (const std::string& assignment : assignments) {
+    const std::size_t equals = assignment.find('=');
+    if (equals == std::string::npos) {
+      throw InputError("--set: expected name=value, found \"" + assignment + "\"");
+    }
+    given[assignment.substr(0, equals)] = value_of(assignment.substr(equals + 1));
+  }
+  std::vector<ParamProblem> problems;
+  ParamSet params = resolve_params(entry.params(), given, problems);
+  std::string message;
+  for (const ParamProblem& problem : problems) {
+    message += (message.empty() ? "--set " : "\n--set ") + problem.name + ": " + problem.message;
+  }
+  if (!problems.empty()) throw InputError(message);
+  return params;
+}
+
+RenderSettings settings_of(const RenderOptions& options) {
+  const EstimatorEntry& entry = estimator_of(options.estimator);
+  const std::optional<SamplerKind> sampler = parse_sampler_kind(options.sampler);
+  if (!sampler) {
+    throw InputError("--sampler: unknown sampler \"" + options.sampler +
+                     "\"; allowed: independent, stratified, sobol");
+  }
+  Srl srl = parse_srl(options.srl);
+  if (srl.split && !entry.adaptive) {
+    throw InputError("--srl: \"" + options.srl + "\" is split, but " + std::string(entry.name) +
+                     " does not adapt; give one number");
+  }
+  if (srl.total() < entry.min_srl) {
+    throw InputError(fmt::format("--srl: {} needs at least {}, found {}", entry.name, entry.min_srl,
+                                 srl.total()));
+  }
+  if (!srl.split) srl = split_srl(srl.total(), entry.adaptive);
+  if (options.spp < 1) throw InputError(fmt::format("--spp: at least 1, found {}", options.spp));
+  RenderSettings settings;
+  settings.estimator = &entry;
+  settings.params = params_of(entry, options.params);
+  settings.budget = {*sampler, srl.initial, srl.adaptive};
+  settings.spp = options.spp;
+  settings.seed = options.seed;
+  settings.threads = resolve_threads(options.threads);
+  settings.maps = !options.maps.empty() || options.out.extension() == ".exr";
+  return settings;
+}
+
+void write_maps(const std::filesystem::path& file, const RenderResult& result, const std::string& title) {
+  if (result.maps.empty()) throw InputError("--maps: this estimator has no maps");
+  std::vector<Panel> panels;
+  for (std::size_t m = 0; m < result.maps.size(); ++m) {
+    panels.push_back({result.map_names[m], result.maps[m]});
+  }
+  write_png_strip(file, panels, title, {});
+}
+
+}  // namespace
+
+std::filesystem::path scene_path(const std::string& scene) {
+  if (std::filesystem::is_regular_file(scene)) return scene;
+  const std::filesystem::path file = project_root() / "scenes" / scene / "scene.json";
+  if (std::filesystem::exists(file)) return file;
+  const std::vector<std::string> names = scene_names(project_root());
+  throw InputError("unknown scene \"" + scene + "\": neither a file nor one of the scenes" +
+                   did_you_mean(scene, names));
+}
+
+int render_command(const RenderOptions& options) {
+  const std::string extension = options.out.extension().string();
+  if (extension != ".exr" && extension != ".png") {
+    throw InputError("-o: expected a file ending in .exr or .png, found \"" + options.out.string() + "\"");
+  }
+  const RenderSettings settings = settings_of(options);
+  std::optional<std::array<int, 2>> resolution;
+  if (options.resolution.size() == 2) resolution = {options.resolution[0], options.resolution[1]};
+  const std::unique_ptr<Scene> scene = load_scene(scene_path(options.scene), resolution);
+  const ShadingPoints points = make_shading_points(*scene, settings.spp, kCameraSeed, 16);
+  const RenderResult result = render(*scene, points, settings);
+  const Image picture =
+      add_images(result.width, result.height, result.radiance, seen_emission(*scene, points));
+  if (extension == ".png") {
+    write_png_rgb(options.out, picture, options.exposure);
+  } else {
+    std::vector<ExrLayer> layers = {{"", picture}, {"reflected", result.image()}};
+    for (std::size_t m = 0; m < result.maps.size(); ++m) {
+      layers.push_back({result.map_names[m], result.maps[m]});
+    }
+    write_exr(options.out, layers,
+              {{"estimator", options.estimator}, {"spp", std::to_string(options.spp)},
+               {"srl", options.srl}, {"seed", std::to_string(options.seed)},
+               {"scene_hash", scene->content_hash()}});
+  }
+  if (!options.maps.empty()) write_maps(options.maps, result, scene->name() + ", " + options.estimator);
+  note(fmt::format("{}: {} x {}, {} estimates, {:.1f} rays per estimate, {:.2f} s ({:.2f} s CPU)",
+                   options.out.string(), result.width, result.height, result.counters.estimates,
+                   static_cast<double>(result.counters.rays) /
+                       static_cast<double>(std::max<std::uint64_t>(result.counters.estimates, 1)),
+                   result.time_wall_s, result.time_cpu_s));
+  for (const BadEstimate& bad : result.bad) {
+    warn(fmt::format("pixel {},{} estimate {} is not finite or negative: ({}, {}, {})", bad.x, bad.y,
+                     bad.estimate, bad.value.x, bad.value.y, bad.value.z));
+  }
+  return result.bad_count > 0 ? kRunFailure : kSuccess;
+}
+
+}  // namespace penumbra

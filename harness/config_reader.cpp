@@ -1,0 +1,248 @@
+#include "harness/config_reader.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "harness/config_values.h"
+#include "harness/project_root.h"
+#include "scenes/core/error.h"
+#include "scenes/core/suggest.h"
+
+namespace penumbra {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::vector<std::string> estimator_names() {
+  std::vector<std::string> names;
+  for (const EstimatorEntry* entry : all_estimators()) names.emplace_back(entry->name);
+  return names;
+}
+
+}  // namespace
+
+ConfigReader::ConfigReader(const LocatedJson& document, fs::path file, DiagnosticList& faults)
+    : document_(document), root_(document.root()), project_root_(project_root()), faults_(faults) {
+  config_.file = std::move(file);
+}
+
+void ConfigReader::fault(const std::string& pointer, std::string message) {
+  // A value that breaks the schema cannot be expected to obey anything else, and a missing one is
+  // reported as missing.
+  if (faults_.covers(pointer)) return;
+  if (!root_.contains(json::json_pointer(pointer))) {
+    const std::string parent = pointer.substr(0, pointer.rfind('/'));
+    const auto& known = faults_.all();
+    if (std::any_of(known.begin(), known.end(),
+                    [&](const Diagnostic& d) { return d.pointer == parent; })) {
+      return;
+    }
+  }
+  faults_.add(document_.value_at(pointer), pointer, std::move(message));
+}
+
+ExperimentConfig ConfigReader::read() {
+  read_top_level();
+  const json& scenes = array_member(root_, "scenes");
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    config_.scenes.push_back(read_scene(scenes[i], child_pointer("/scenes", i)));
+  }
+  const json& methods = array_member(root_, "methods");
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    config_.methods.push_back(read_method(methods[i], child_pointer("/methods", i)));
+  }
+  read_budget();
+  read_images();
+  check_names();
+  check_baselines();
+  check_samples();
+  return std::move(config_);
+}
+
+void ConfigReader::read_top_level() {
+  take(root_, "name", config_.name);
+  take(root_, "summary", config_.summary);
+  take(root_, "seed", config_.seed);
+  take(root_, "threads", config_.threads);
+  take(root_, "tile", config_.tile);
+  take(root_, "baseline", config_.baseline);
+  if (root_.is_object() && root_.contains("tuned_baseline")) {
+    take(root_, "tuned_baseline", config_.tuned_baseline.emplace());
+  }
+  take(root_, "spp", config_.spp);
+  take(root_, "blocks", config_.blocks);
+  take(root_, "relmse_epsilon", config_.relmse_epsilon);
+  const json& samplers = array_member(root_, "samplers");
+  if (!samplers.empty()) config_.samplers.clear();
+  for (const json& sampler : samplers) {
+    if (sampler.is_string()) config_.samplers.push_back(sampler.get<std::string>());
+  }
+}
+
+SceneConfig ConfigReader::read_scene(const json& value, const std::string& pointer) {
+  SceneConfig scene;
+  take(value, "name", scene.name);
+  find_scene_file(value, pointer, scene);
+  scene.resolution = take_integers<2>(value, "resolution");
+  take(value, "camera_samples", scene.camera_samples);
+  read_reference(object_member(value, "reference"), child_pointer(pointer, "reference"), scene,
+                 scene.reference);
+  return scene;
+}
+
+void ConfigReader::find_scene_file(const json& value, const std::string& pointer,
+                                   SceneConfig& scene) {
+  std::string given;
+  take(value, "file", given);
+  std::error_code ignored;
+  if (given.empty()) {
+    scene.file = project_root_ / "scenes" / scene.name / "scene.json";
+    if (fs::is_regular_file(scene.file, ignored)) return;
+    fault(child_pointer(pointer, "name"),
+          unknown_name("scene", scene.name, scene_names(project_root_)));
+    return;
+  }
+  const fs::path beside_config = fs::absolute(config_.file).parent_path() / given;
+  for (const fs::path& candidate : {beside_config, project_root_ / given}) {
+    scene.file = candidate.lexically_normal();
+    if (fs::is_regular_file(candidate, ignored)) return;
+  }
+  fault(child_pointer(pointer, "file"), "scene file not found; looked for " +
+                                            beside_config.lexically_normal().string() + " and " +
+                                            scene.file.string());
+}
+
+void ConfigReader::read_reference(const json& value, const std::string& pointer,
+                                  const SceneConfig& scene, ReferenceConfig& reference) {
+  take(value, "estimator", reference.estimator);
+  take(value, "sampler", reference.sampler);
+  take(value, "spp", reference.spp);
+  const std::string estimator_pointer = child_pointer(pointer, "estimator");
+  const EstimatorEntry* const entry = find_entry(reference.estimator, estimator_pointer);
+  if (value.contains("srl")) {
+    const auto srl = read_srl(value["srl"], child_pointer(pointer, "srl"), entry);
+    reference.srl = srl.value_or(reference.srl);
+  }
+  if (reference.spp / 2 < scene.camera_samples) {
+    fault(child_pointer(pointer, "spp"),
+          "each half of the reference needs an estimate at every shading point: expected at least "
+          "2 x "
+          "camera_samples = " +
+              std::to_string(2 * scene.camera_samples) + ", found " +
+              std::to_string(reference.spp));
+  }
+  if (entry == nullptr) return;
+  if (entry->name == "pmc_hi") {
+    fault(estimator_pointer,
+          "pmc_hi may not make a reference: a method under test must not make its own reference");
+    return;
+  }
+  const std::string params_pointer = child_pointer(pointer, "params");
+  ParamSet::Map given;
+  for (const auto& [name, item] : object_member(value, "params").items()) {
+    if (const auto param = param_from_json(item)) given[name] = *param;
+  }
+  std::vector<ParamProblem> problems;
+  const ParamSet params = resolve_params(entry->params(), given, problems);
+  for (const ParamProblem& problem : problems) {
+    fault(child_pointer(params_pointer, problem.name), problem.message);
+  }
+  if (!problems.empty()) return;
+  reference.params = std::move(given);
+  if (const std::string reason = entry->bias_reason(params); !reason.empty()) {
+    fault(estimator_pointer, "a reference must be unbiased: " + reason);
+  }
+}
+
+const EstimatorEntry* ConfigReader::find_entry(const std::string& name,
+                                               const std::string& pointer) {
+  const EstimatorEntry* const entry = find_estimator(name);
+  if (entry == nullptr) fault(pointer, unknown_name("estimator", name, estimator_names()));
+  return entry;
+}
+
+std::optional<Srl> ConfigReader::read_srl(const json& value, const std::string& pointer,
+                                          const EstimatorEntry* entry) {
+  if (faults_.covers(pointer) || !(value.is_number_integer() || value.is_string())) return {};
+  Srl srl;
+  try {
+    srl = parse_srl(value.is_string() ? value.get<std::string>() : value.dump());
+  } catch (const InputError& error) {
+    fault(pointer, error.what());
+    return {};
+  }
+  if (entry == nullptr) return srl;
+  if (srl.split && !entry->adaptive) {
+    fault(pointer, std::string(entry->name) +
+                       " does not adapt, so its shadow rays cannot be split \"" + srl.text() +
+                       "\"; write " + std::to_string(srl.total()));
+  } else if (srl.total() < entry->min_srl) {
+    fault(pointer, std::string(entry->name) + " needs at least " + std::to_string(entry->min_srl) +
+                       " shadow rays per light, found " + srl.text());
+  }
+  return srl;
+}
+
+MethodConfig ConfigReader::read_method(const json& value, const std::string& pointer) {
+  MethodConfig method;
+  take(value, "label", method.label);
+  take(value, "estimator", method.estimator);
+  if (value.is_object() && value.contains("sampler")) {
+    take(value, "sampler", method.sampler.emplace());
+  }
+  const EstimatorEntry* const entry =
+      find_entry(method.estimator, child_pointer(pointer, "estimator"));
+  const std::string srl_pointer = child_pointer(pointer, "srl");
+  if (!value.is_object() || !value.contains("srl")) {
+    method.srl.push_back(read_srl(Srl{}.total(), srl_pointer, entry).value_or(Srl{}));
+  } else if (!value["srl"].is_array()) {
+    if (const auto srl = read_srl(value["srl"], srl_pointer, entry)) method.srl.push_back(*srl);
+  } else {
+    const json& list = value["srl"];
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string place = child_pointer(srl_pointer, i);
+      const auto srl = read_srl(list[i], place, entry);
+      if (!srl) continue;
+      const bool twice = std::find(method.srl.begin(), method.srl.end(), *srl) != method.srl.end();
+      if (twice) fault(place, srl->text() + " is listed twice");
+      method.srl.push_back(*srl);
+    }
+  }
+  if (entry != nullptr) {
+    read_sweeps(object_member(value, "params"), child_pointer(pointer, "params"), *entry, method);
+  }
+  return method;
+}
+
+void ConfigReader::read_sweeps(const json& params, const std::string& pointer,
+                               const EstimatorEntry& entry, MethodConfig& method) {
+  for (const auto& [name, value] : params.items()) {
+    const std::string place = child_pointer(pointer, name);
+    const json list = value.is_array() ? value : json::array({value});
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::optional<ParamValue> given = param_from_json(list[i]);
+      if (!given) continue;
+      // One name at a time through the same function as everywhere else, so that messages are the
+      // same.
+      std::vector<ParamProblem> problems;
+      const ParamSet resolved = resolve_params(entry.params(), {{name, *given}}, problems);
+      if (problems.empty()) {
+        method.params[name].push_back(resolved.values().find(name)->second);
+        continue;
+      }
+      const bool known =
+          std::any_of(entry.params().begin(), entry.params().end(),
+                      [&, &key = name](const ParamSpec& s) { return s.name == key; });
+      if (known) {
+        fault(value.is_array() ? child_pointer(place, i) : place, problems.front().message);
+      } else if (!faults_.covers(place)) {
+        faults_.add(document_.key_at(place), place, problems.front().message);
+      }
+    }
+  }
+}
+
+}  // namespace penumbra

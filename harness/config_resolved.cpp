@@ -1,0 +1,131 @@
+#include "harness/config_resolved.h"
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "estimators/estimator.h"
+#include "harness/config_values.h"
+#include "harness/project_root.h"
+#include "scenes/core/error.h"
+
+namespace penumbra {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+namespace {
+
+/// The shortest decimal of a float; as a double, 0.1f would print seventeen digits.
+double shortest(float value) {
+  std::array<char, 32> buffer{};
+  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+  PN_CHECK(error == std::errc(), "a float needs at most 16 characters");
+  double result = 0.0;
+  std::from_chars(buffer.data(), end, result);
+  return result;
+}
+
+std::string portable_path(const std::filesystem::path& file) {
+  const std::filesystem::path relative = file.lexically_relative(project_root());
+  const bool below = !relative.empty() && *relative.begin() != "..";
+  return (below ? relative : file).generic_string();
+}
+
+ordered_json srl_json(const Srl& srl) {
+  if (srl.split) return srl.text();
+  return srl.total();
+}
+
+/// Values of every declared parameter, the default where none is given.
+template <typename Values, typename ToJson>
+ordered_json params_json(const std::string& estimator, const Values& given, ToJson to_json) {
+  ordered_json result = ordered_json::object();
+  const EstimatorEntry* const entry = find_estimator(estimator);
+  PN_CHECK(entry != nullptr, "the config was checked");
+  for (const ParamSpec& spec : entry->params()) {
+    const auto found = given.find(spec.name);
+    result[spec.name] =
+        found == given.end() ? param_to_json(spec.default_value) : to_json(found->second);
+  }
+  return result;
+}
+
+ordered_json scene_json(const SceneConfig& scene) {
+  ordered_json result;
+  result["name"] = scene.name;
+  result["file"] = portable_path(scene.file);
+  if (scene.resolution) result["resolution"] = *scene.resolution;
+  result["camera_samples"] = scene.camera_samples;
+  const ReferenceConfig& reference = scene.reference;
+  result["reference"] = {
+      {"estimator", reference.estimator},
+      {"sampler", reference.sampler},
+      {"params", params_json(reference.estimator, reference.params, param_to_json)},
+      {"srl", srl_json(reference.srl)},
+      {"spp", reference.spp}};
+  return result;
+}
+
+ordered_json method_json(const MethodConfig& method) {
+  ordered_json result;
+  result["label"] = method.label;
+  result["estimator"] = method.estimator;
+  if (method.sampler) result["sampler"] = *method.sampler;
+  if (method.srl.size() == 1) {
+    result["srl"] = srl_json(method.srl.front());
+  } else {
+    for (const Srl& srl : method.srl) result["srl"].push_back(srl_json(srl));
+  }
+  result["params"] =
+      params_json(method.estimator, method.params, [](const std::vector<ParamValue>& values) {
+        if (values.size() == 1) return param_to_json(values.front());
+        json list = json::array();
+        for (const ParamValue& value : values) list.push_back(param_to_json(value));
+        return list;
+      });
+  return result;
+}
+
+ordered_json images_json(const ImagesConfig& images) {
+  ordered_json result;
+  result["maps"] = images.maps;
+  result["exposure"] = shortest(images.exposure);
+  result["crops"] = ordered_json::array();
+  for (const CropConfig& crop : images.crops) {
+    result["crops"].push_back(
+        {{"name", crop.name}, {"scene", crop.scene}, {"rectangle", crop.rectangle}});
+  }
+  return result;
+}
+
+}  // namespace
+
+std::string resolved_json(const ExperimentConfig& config) {
+  ordered_json result;
+  result["version"] = 1;
+  result["name"] = config.name;
+  result["summary"] = config.summary;
+  result["seed"] = config.seed;
+  result["threads"] = config.threads;
+  result["tile"] = config.tile;
+  for (const SceneConfig& scene : config.scenes) result["scenes"].push_back(scene_json(scene));
+  for (const MethodConfig& method : config.methods) {
+    result["methods"].push_back(method_json(method));
+  }
+  result["baseline"] = config.baseline;
+  if (config.tuned_baseline) result["tuned_baseline"] = *config.tuned_baseline;
+  result["samplers"] = config.samplers;
+  result["spp"] = config.spp;
+  if (config.budget) {
+    result["budget"] = {{"time_cpu_s", config.budget->time_cpu_s},
+                        {"solve_for", config.budget->solve_for == SolveFor::Spp ? "spp" : "srl"},
+                        {"pilots", config.budget->pilots},
+                        {"tolerance", config.budget->tolerance}};
+  }
+  result["blocks"] = config.blocks;
+  result["relmse_epsilon"] = config.relmse_epsilon;
+  result["images"] = images_json(config.images);
+  return result.dump(2);
+}
+
+}  // namespace penumbra

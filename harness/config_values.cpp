@@ -1,0 +1,19 @@
+#include "harness/config_values.h"
+
+namespace penumbra {
+
+using nlohmann::json;
+
+std::optional<ParamValue> param_from_json(const json& value) {
+  if (value.is_boolean()) return value.get<bool>();
+  if (value.is_number_integer()) return value.get<std::int64_t>();
+  if (value.is_number()) return value.get<double>();
+  if (value.is_string()) return value.get<std::string>();
+  return std::nullopt;
+}
+
+json param_to_json(const ParamValue& value) {
+  return std::visit([](const auto& held) { return json(held); }, value);
+}
+
+}  // namespace penumbra

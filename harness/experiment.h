@@ -1,0 +1,85 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "harness/config.h"
+#include "harness/plan.h"
+#include "harness/reference.h"
+#include "harness/tables.h"
+
+/// Running an experiment: references, plan, blocks of runs with one appended row each, pictures, tables. What the output
+/// folder already holds is not done again.
+namespace penumbra {
+
+struct RunOptions {
+  std::filesystem::path out;
+  std::string only;            ///< glob on "scene/label/sampler"; empty: all cells
+  std::string command_line;    ///< for environment.json
+};
+
+/// How a run ended.
+struct RunOutcome {
+  int rows_measured{0};
+  int rows_found{0};           ///< measured before
+  int rows_failed{0};          ///< of all
+  bool interrupted{false};     ///< by SIGINT or SIGTERM, after the run that was under way
+};
+
+/// Time of each stage, in the order in which they were done.
+struct StageTime {
+  std::string name;
+  double wall_s{0};
+};
+
+class Experiment {
+ public:
+  /// Loads the scenes; nothing is measured or written yet.
+  Experiment(ExperimentConfig config, RunOptions options);
+
+  const std::vector<Cell>& cells() const { return cells_; }
+  const std::vector<LoadedScene>& scenes() const { return scenes_; }
+  const ExperimentConfig& config() const { return config_; }
+
+  /// References, plan, blocks, pictures and tables.
+  /// @throws InputError when the folder holds the results of another config
+  RunOutcome run();
+
+  /// Efficiency table of all rows in the folder, in the config's order.
+  std::vector<EfficiencyRow> table() const;
+  TableOptions table_options() const;
+  const std::vector<StageTime>& stages() const { return stages_; }
+
+ private:
+  void open_folder();
+  void provide_references();
+  void provide_plan();
+  void run_blocks(RunOutcome& outcome);
+  RunRow measure(const Cell& cell, int block, int order);
+  void write_pictures();
+  void write_cell_pictures(const Cell& cell);
+  void write_events(const RunRow& row, const Cell& cell, const RenderResult& result);
+  void write_tables() const;
+  std::filesystem::path image_file(const Cell& cell, const std::string& suffix) const;
+  std::vector<std::size_t> block_order(int block) const;
+
+  ExperimentConfig config_;
+  RunOptions options_;
+  int threads_;
+  std::vector<LoadedScene> scenes_;
+  std::vector<Cell> cells_;
+  std::vector<std::optional<Reference>> references_;  // [scene]
+  std::vector<StageTime> stages_;
+};
+
+/// Makes SIGINT and SIGTERM ask for an orderly end instead of killing the process.
+void handle_interrupts();
+bool interrupted();
+
+/// Whether a name matches a glob with * and ?.
+bool matches_glob(const std::string& glob, const std::string& name);
+
+}  // namespace penumbra

@@ -1,0 +1,93 @@
+#include <fmt/format.h>
+
+#include "harness/experiment.h"
+#include "harness/picture.h"
+#include "harness/progress.h"
+#include "harness/render.h"
+
+namespace penumbra {
+namespace {
+
+// A name that is safe as part of a file's name.
+std::string slug(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (plain || c == '.' || c == '_') {
+      result += c;
+    } else if (!result.empty() && result.back() != '-') {
+      result += '-';
+    }
+  }
+  while (!result.empty() && result.back() == '-') result.pop_back();
+  return result;
+}
+
+// "alpha_left" as "α_{left}", the way the paper writes it.
+std::string caption_of(const std::string& map_name) {
+  const std::string prefix = "alpha_";
+  if (map_name.rfind(prefix, 0) != 0) return map_name;
+  const std::string component = map_name.substr(prefix.size());
+  return "α_{" + (component == "bsdf" ? "BRDF" : component) + "}";
+}
+
+}  // namespace
+
+std::filesystem::path Experiment::image_file(const Cell& cell, const std::string& suffix) const {
+  return options_.out / "images" /
+         fmt::format("{}-{}-{}-{}{}", slug(config_.scenes[cell.scene].name), slug(cell.label),
+                     to_string(cell.sampler), cell.id.substr(0, 6), suffix);
+}
+
+void Experiment::write_pictures() {
+  for (const Cell& cell : cells_) {
+    if (interrupted()) return;
+    if (!std::filesystem::exists(image_file(cell, ".exr"))) write_cell_pictures(cell);
+  }
+}
+
+// The image of block 0 again, which its seed reproduces bit by bit, with the estimator's maps, which a timed run must not
+// pay for.
+void Experiment::write_cell_pictures(const Cell& cell) {
+  const LoadedScene& scene = scenes_[cell.scene];
+  const Reference& reference = *references_[cell.scene];
+  RenderSettings settings = render_settings(cell, run_seed(config_, cell, 0), threads_);
+  settings.maps = config_.images.maps;
+  const RenderResult result = render(*scene.scene, scene.points, settings);
+  const Image picture =
+      add_images(result.width, result.height, result.radiance, seen_emission(*scene.scene, scene.points));
+  const Image reflected = result.image();
+  Image error = make_image(result.width, result.height);
+  for (std::size_t i = 0; i < error.pixels.size(); ++i) {
+    error.pixels[i] =
+        reflected.pixels[i] - (reference.half_a.pixels[i] + reference.half_b.pixels[i]) * 0.5f;
+  }
+  std::vector<ExrLayer> layers = {{"", picture}, {"reflected", reflected}, {"error", error}};
+  std::vector<Panel> panels;
+  for (std::size_t m = 0; m < result.maps.size(); ++m) {
+    layers.push_back({result.map_names[m], result.maps[m]});
+    panels.push_back({caption_of(result.map_names[m]), result.maps[m]});
+  }
+  const float exposure = config_.images.exposure;
+  write_png_rgb(image_file(cell, ".png"), picture, exposure);
+  for (const CropConfig& crop_config : config_.images.crops) {
+    if (crop_config.scene != scene.config->name) continue;
+    const auto& r = crop_config.rectangle;
+    write_png_rgb(image_file(cell, "-" + slug(crop_config.name) + ".png"),
+                  crop(picture, {r[0], r[1], r[2], r[3]}), exposure);
+  }
+  if (!panels.empty()) {
+    StripStyle style;
+    style.scale.min = 0.0f;
+    style.scale.max = 1.0f;
+    style.scale.label = "mixture weight after two iterations";
+    write_png_strip(image_file(cell, "-maps.png"), panels,
+                    fmt::format("{}, {}: mixture weights", scene.config->name, cell.label), style);
+  }
+  // Last: the file whose presence says that all pictures of the cell are there.
+  write_exr(image_file(cell, ".exr"), layers,
+            {{"cell", cell.id}, {"label", cell.label}, {"spp", std::to_string(cell.spp)},
+             {"srl", cell.srl.text()}, {"reference_id", reference.id}});
+}
+
+}  // namespace penumbra

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimators/estimator.h"
+#include "harness/config.h"
+#include "harness/render.h"
+#include "harness/scene_store.h"
+
+/// From sweeps to cells, and from time budgets to frozen sample counts.
+namespace penumbra {
+
+/// One (scene, method, parameters, sampler, budget): a row of the table, measured once in every block.
+struct Cell {
+  std::string id;                  ///< hash of all below but the numbers that a budget solves for
+  std::size_t scene{0};            ///< index in ExperimentConfig::scenes
+  std::string label;
+  const EstimatorEntry* estimator{nullptr};
+  ParamSet params;
+  std::string params_text;         ///< parameters other than their defaults
+  SamplerKind sampler{SamplerKind::Independent};
+  Srl srl;                         ///< with the split that is used
+  int spp{1};
+  std::optional<double> budget_s;  ///< CPU time to meet
+
+  Budget budget() const { return {sampler, srl.initial, srl.adaptive}; }
+};
+
+/// The split of a total for an estimator: unchanged where nothing adapts, otherwise 1:3 with at least two initial rays,
+/// the paper's 4-12.
+Srl split_srl(int total, bool adaptive);
+
+/// All cells of an experiment in the order of the config: scenes, samplers, methods, SRL, parameters.
+/// @throws InputError when an estimator refuses its parameters for a scene
+std::vector<Cell> expand_cells(const ExperimentConfig& config, const std::vector<LoadedScene>& scenes);
+
+/// Runs one cell once.
+RenderSettings render_settings(const Cell& cell, std::uint64_t seed, int threads);
+
+/// Seed of a run: independent for every cell and block.
+std::uint64_t run_seed(const ExperimentConfig& config, const Cell& cell, int block);
+
+/// What a pilot found for one cell; kept in plan.lock.json.
+struct PlannedCell {
+  std::string id;
+  int spp{1};
+  Srl srl;
+  double fixed_s{0};       ///< T(n) = fixed_s + per_unit_s n, CPU time, n the number solved for
+  double per_unit_s{0};
+  double predicted_s{0};   ///< CPU time of one run
+};
+
+/// Measures the cells with pilot runs, interleaved, and solves each for its time budget. Cells without a budget get
+/// their prediction from one pilot.
+std::vector<PlannedCell> run_pilots(const ExperimentConfig& config,
+                                    const std::vector<LoadedScene>& scenes,
+                                    const std::vector<Cell>& cells);
+
+/// Writes plan.lock.json, whole or not at all.
+void write_plan(const std::filesystem::path& file, const std::vector<Cell>& cells,
+                const std::vector<PlannedCell>& plan);
+
+/// @throws ReferenceError when the file was made on another machine: a calibration is not portable
+/// @throws InputError when it can not be read
+std::vector<PlannedCell> read_plan(const std::filesystem::path& file);
+
+/// Puts the frozen numbers into the cells.
+/// @throws InputError when a cell is not in the plan
+void apply_plan(const std::vector<PlannedCell>& plan, std::vector<Cell>& cells);
+
+}  // namespace penumbra

@@ -1,0 +1,55 @@
+#include <fmt/format.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "harness/atomic_file.h"
+#include "harness/build_info.h"
+#include "harness/plan.h"
+#include "scenes/core/error.h"
+
+namespace penumbra {
+
+void write_plan(const std::filesystem::path& file, const std::vector<Cell>& cells,
+                const std::vector<PlannedCell>& plan) {
+  nlohmann::ordered_json json;
+  json["version"] = 1;
+  json["machine"] = machine_text();
+  json["commit"] = build_info().commit;
+  json["cells"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    const PlannedCell& cell = plan[i];
+    json["cells"].push_back({{"id", cell.id},
+                             {"label", cells[i].label},
+                             {"sampler", std::string(to_string(cells[i].sampler))},
+                             {"params", cells[i].params_text},
+                             {"spp", cell.spp},
+                             {"srl", cell.srl.text()},
+                             {"fixed_s", cell.fixed_s},
+                             {"per_unit_s", cell.per_unit_s},
+                             {"predicted_cpu_s", cell.predicted_s}});
+  }
+  write_file_atomically(file, json.dump(2) + "\n");
+}
+
+std::vector<PlannedCell> read_plan(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::vector<PlannedCell> plan;
+  try {
+    const nlohmann::json json = nlohmann::json::parse(stream);
+    const std::string machine = json.at("machine");
+    if (machine != machine_text()) {
+      throw ReferenceError(file.string() + ": calibrated on \"" + machine + "\", this is \"" +
+                           machine_text() + "\"; a time budget is not portable, use another --out");
+    }
+    for (const nlohmann::json& cell : json.at("cells")) {
+      plan.push_back({cell.at("id"), cell.at("spp"), parse_srl(cell.at("srl")), cell.at("fixed_s"),
+                      cell.at("per_unit_s"), cell.at("predicted_cpu_s")});
+    }
+  } catch (const nlohmann::json::exception& e) {
+    throw InputError(file.string() + ": not a plan: " + e.what());
+  }
+  return plan;
+}
+
+}  // namespace penumbra

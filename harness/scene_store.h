@@ -1,0 +1,29 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "harness/config.h"
+#include "scenes/core/scene.h"
+
+namespace penumbra {
+
+/// Seed of the camera samples: a constant, because the shading points are part of a scene's truth.
+inline constexpr std::uint64_t kCameraSeed = 0x70656e756d627261;
+
+/// A scene of an experiment with its shading points.
+struct LoadedScene {
+  const SceneConfig* config{nullptr};
+  std::unique_ptr<Scene> scene;
+  ShadingPoints points;
+};
+
+/// Loads a scene file, with another resolution where one is given; reports its warnings.
+std::unique_ptr<Scene> load_scene(const std::filesystem::path& file,
+                                  const std::optional<std::array<int, 2>>& resolution);
+
+/// Loads one scene of an experiment and makes its shading points.
+LoadedScene load_scene(const SceneConfig& config, int tile);
+
+}  // namespace penumbra

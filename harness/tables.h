@@ -1,0 +1,183 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "harness/csv.h"
+
+/// From raw rows to the efficiency table. Source: design.md section 9, statistics.md 3.1 and 3.2.
+namespace penumbra {
+
+enum class RunStatus { Ok, Failed };
+
+/// One run, as a line of measurements.csv: one member per column, in the columns' order. Members
+/// whose number may not exist (a failed run, a machine without counters) are optional and then an
+/// empty field.
+struct RunRow {
+  std::string run_id;
+  std::string scene;
+  std::string label;
+  std::string estimator;
+  std::string sampler;
+  int spp{0};  ///< estimates per pixel
+  int srl{0};  ///< shadow rays per light, both stages
+  int srl_initial{0};
+  int srl_adaptive{0};  ///< 0 for estimators without an adaptive stage
+  std::optional<std::int64_t> population;
+  std::optional<std::int64_t> iterations;  ///< adaptive iterations of all estimates
+  std::optional<double> budget_s;          ///< CPU time [s]; empty: SPP and SRL were given
+  int block{0};
+  std::uint64_t seed{0};
+  int width{0};   ///< [pixels]
+  int height{0};  ///< [pixels]
+  int threads{0};
+  std::uint64_t estimates{0};
+  std::uint64_t rays{0};
+  std::optional<double> time_wall_s;     ///< of the estimation alone
+  std::optional<double> time_cpu_s;      ///< likewise, over all threads
+  std::optional<double> time_prepare_s;  ///< of creating the estimator
+  std::optional<std::uint64_t> instructions;
+  std::optional<double> mse;  ///< metrics.h explains the errors
+  std::optional<double> mse_naive;
+  std::optional<double> relmse;
+  std::optional<double> mape;
+  std::optional<double> mean_error;
+  std::optional<double> p_eff;
+  std::string reference_id;
+  std::optional<double> reference_share;
+  std::uint64_t nonfinite{0};  ///< pixels
+  RunStatus status{RunStatus::Ok};
+  std::string cell;    ///< stable id of the cell
+  std::string params;  ///< parameters other than their defaults, "name=value,..."
+  int camera_samples{0};
+  std::uint64_t samples{0};                 ///< drawn, of which `rays` were traced
+  int order{0};                             ///< position in the block
+  std::string failure;                      ///< why the status is failed
+  std::optional<double> reference_mean;     ///< [W/(m^2 sr)]
+  std::optional<double> reference_mean_se;  ///< its standard error
+  std::optional<double> reference_floor;    ///< u_ref, in the unit of mse
+
+  friend bool operator==(const RunRow&, const RunRow&) = default;
+};
+
+/// What is said about a cell, the first that applies: Failed, ReferenceLimited, Baseline, then the
+/// others.
+enum class Verdict {
+  Baseline,          ///< the ratios' denominator
+  Better,            ///< ratio_lo > 1
+  Worse,             ///< ratio_hi < 1
+  Inconclusive,      ///< the interval holds 1, or there is none
+  ReferenceLimited,  ///< more than half of the error is the reference's, or the error is not above
+                     ///< 0
+  Failed,            ///< at least one run failed or was not finite; all numbers are empty
+};
+
+std::string_view verdict_text(Verdict verdict) noexcept;
+
+/// One cell, as a line of efficiency.csv. Times, errors and counts are means over blocks.
+struct EfficiencyRow {
+  std::string scene;
+  std::string label;
+  std::string estimator;
+  int spp{0};
+  int srl{0};
+  std::optional<std::int64_t> population;
+  int n_blocks{0};
+  std::optional<double> time_wall_s;  ///< column T_s
+  std::optional<double> err;          ///< debiased MSE, the paper's Err
+  std::optional<double> eff;          ///< 1 / (wall time x err)
+  std::optional<double> eff_lo;       ///< jackknife interval of eff
+  std::optional<double> eff_hi;
+  std::optional<double>
+      ratio;  ///< of efficiencies in the primary time, against `baseline` in the same blocks
+  std::optional<double> ratio_lo;
+  std::optional<double> ratio_hi;
+  std::optional<double> eff_cpu;
+  std::optional<double> eff_rays;
+  std::optional<double> eff_instructions;
+  std::optional<double> bias_rel;  ///< mean error / mean of the reference
+  std::optional<double>
+      bias_p;  ///< two-sided t test of "no bias" over blocks, the reference's error included
+  Verdict verdict{Verdict::Inconclusive};
+  std::string sampler;
+  std::string params;
+  std::optional<double> budget_s;
+  std::string baseline;
+  std::optional<double> err_lo;  ///< t interval of err, u_ref included; may reach below 0
+  std::optional<double> err_hi;
+  std::optional<double> relmse;
+  std::optional<double>
+      p_eff;  ///< harmonic mean over blocks: its inverse is what adds up in a variance
+  std::optional<double> reference_share;  ///< reference variance / err
+  std::optional<double> ratio_tuned;      ///< against the tuned baseline, whatever its sampler
+  std::optional<double> ratio_tuned_lo;
+  std::optional<double> ratio_tuned_hi;
+  std::optional<double> time_cpu_s;  ///< column T_cpu_s
+  int srl_initial{0};
+  int srl_adaptive{0};
+  std::string note;  ///< why a number is missing, in words
+
+  friend bool operator==(const EfficiencyRow&, const EfficiencyRow&) = default;
+};
+
+/// Column names of measurements.csv and efficiency.csv.
+CsvRecord run_columns();
+CsvRecord efficiency_columns();
+
+/// Fields in the order of run_columns().
+CsvRecord run_record(const RunRow& row);
+
+struct RunRows {
+  std::vector<RunRow> rows;
+  bool torn_tail{false};  ///< an incomplete last line was left out
+};
+
+/// Reads measurements.csv; columns are found by name.
+/// @throws InputError as read_csv, and naming file, row and column of a value that cannot be read,
+/// or the columns
+///         that are missing or unknown
+RunRows read_run_rows(const std::filesystem::path& file);
+
+/// Reads efficiency.csv. @throws InputError as read_run_rows, and when the last line is incomplete
+std::vector<EfficiencyRow> read_efficiency_rows(const std::filesystem::path& file);
+
+/// The time that decides `ratio` and the verdict. CPU time is the default because on a shared
+/// machine the wall time is unusable whatever the statistics: for one workload against itself, in
+/// interleaved blocks, the log ratio of wall times spread by 0.14 to 0.21, that of CPU times by
+/// 0.03 (statistics.md 3.3).
+enum class PrimaryTime { Cpu, Wall };
+
+struct TableOptions {
+  std::string baseline;                       ///< label; within scene, sampler and budget
+  std::optional<std::string> tuned_baseline;  ///< label; within scene and budget
+  double confidence{0.95};
+  PrimaryTime primary{PrimaryTime::Cpu};
+  double relmse_epsilon{0.01};      ///< of the raw rows' relmse; printed
+  std::vector<std::string> scenes;  ///< order of the table; others follow by name
+  std::vector<std::string> labels;
+};
+
+/// One row per cell: (scene, label, estimator, parameters, SPP, SRL, population, sampler, budget).
+/// Where several cells carry the baseline's label, the one with the same SRL and SPP is meant;
+/// where that is not one cell, there is no ratio and the note says so. A failed or non-finite run
+/// fails its cell.
+/// @throws InputError when a block of a cell occurs twice
+/// @throws ReferenceError when runs of one scene were measured against different references
+std::vector<EfficiencyRow> efficiency_table(std::span<const RunRow> rows,
+                                            const TableOptions& options);
+
+/// The whole of efficiency.csv.
+std::string to_csv(std::span<const EfficiencyRow> rows);
+
+/// Pipe table for people, aligned, with footnotes on intervals, epsilon and what not to trust.
+std::string to_markdown(std::span<const EfficiencyRow> rows, const TableOptions& options);
+
+/// Plain text for a terminal: at most 119 columns, long names shortened in the middle with '~'.
+std::string to_terminal(std::span<const EfficiencyRow> rows, const TableOptions& options);
+
+}  // namespace penumbra

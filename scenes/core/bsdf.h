@@ -1,0 +1,80 @@
+#pragma once
+
+#include <optional>
+
+#include "scenes/core/sampler.h"
+#include "scenes/core/scene_description.h"
+#include "scenes/core/vec.h"
+
+/// Reflection of a surface. Local frame: z is the shading normal, turned to the side of the viewer; `wo` (towards the
+/// viewer) and `wi` (towards the light) both point away from the surface and are unit vectors.
+namespace penumbra {
+
+enum class BsdfType : std::uint8_t { Lambert, Conductor, Phong, Mixture };
+
+/// Value and density of one direction, found together because they share most of their work.
+struct BsdfValue {
+  Rgb f_cos{0.0f};    ///< f(wo, wi) |cos theta_i| [1/sr]; 0 below the horizon
+  float pdf_w{0.0f};  ///< density of `BoundBsdf::sample` [1/sr]; 0 below the horizon
+};
+
+/// A material's reflection with its constants worked out; immutable, shared by all points of the material.
+class Bsdf {
+ public:
+  explicit Bsdf(const MaterialDescription& material);
+
+  BsdfType type() const noexcept { return type_; }
+  bool is_black() const noexcept;
+  /// Smallest GGX alpha of its lobes; 1 where there is no glossy lobe.
+  float min_alpha() const noexcept { return has_glossy() ? alpha_ : 1.0f; }
+  bool has_glossy() const noexcept {
+    return type_ == BsdfType::Conductor || type_ == BsdfType::Mixture;
+  }
+
+ private:
+  friend class BoundBsdf;
+
+  BsdfType type_;
+  Rgb diffuse_{0.0f};          // reflectance of the diffuse lobe, weight included
+  Rgb specular_{0.0f};         // tint of the glossy or Phong lobe, weight included
+  Rgb eta_{1.0f}, k_{0.0f};
+  float alpha_{1.0f};
+  float exponent_{1.0f};
+  float glossy_probability_{0.0f};  // share of the glossy lobe in sampling
+};
+
+/// A Bsdf with its outgoing direction fixed: what one estimate evaluates and samples many times.
+class BoundBsdf {
+ public:
+  /// @param wo_local  wo_local.z > 0
+  BoundBsdf(const Bsdf& bsdf, const Vec3& wo_local) noexcept;
+
+  /// Value and density of a direction; both 0 where wi_local.z <= 0.
+  BsdfValue evaluate(const Vec3& wi_local) const noexcept;
+
+  /// Draws an incident direction from the density that `evaluate` gives.
+  /// @return nullopt where the draw falls below the horizon: it counts as a sample of value 0
+  std::optional<Vec3> sample(const Variates& variates) const noexcept;
+
+ private:
+  BsdfValue evaluate_glossy(const Vec3& wi) const noexcept;
+  BsdfValue evaluate_phong(const Vec3& wi) const noexcept;
+  Vec3 sample_glossy(const Vec2& u) const noexcept;
+  Vec3 sample_phong(const Vec2& u) const noexcept;
+
+  const Bsdf* bsdf_;
+  Vec3 wo_;
+  float lambda_o_{0};  // sqrt(alpha^2 + (1 - alpha^2) cos^2(theta_o)), shared by masking and density
+};
+
+/// Fresnel reflectance of a conductor against vacuum, unpolarised.
+/// @param cos_theta  angle to the (micro)normal, in [0, 1]
+/// Source: Born and Wolf, "Principles of Optics", section 14.4.
+Rgb conductor_fresnel(float cos_theta, const Rgb& eta, const Rgb& k) noexcept;
+
+/// GGX distribution of microfacet normals, per steradian of h. In terms of the components of h rather than its cosine:
+/// 1 - cos^2 has no digits left for alpha below 1e-3.
+/// Source: Walter et al. 2007, "Microfacet models for refraction through rough surfaces", eq. 33.
+float ggx_distribution(const Vec3& h_local, float alpha) noexcept;
+
+}  // namespace penumbra

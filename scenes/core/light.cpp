@@ -1,0 +1,228 @@
+#include "scenes/core/light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scenes/core/frame.h"
+#include "scenes/core/warp.h"
+
+namespace penumbra {
+namespace {
+
+// Below this solid angle [sr] the spherical rectangle is flat to rounding and uniform area sampling is as good; the
+// choice depends on the point only, so sampling and density agree.
+constexpr double kMinSphericalRectangle = 1e-5;
+
+// Möller-Trumbore for a ray from the origin; returns the distance along the unit direction, or 0 for a miss.
+float intersect_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& wi) noexcept {
+  const Vec3 e1 = b - a;
+  const Vec3 e2 = c - a;
+  const Vec3 p = cross(wi, e2);
+  const float det = dot(e1, p);
+  if (det == 0.0f) return 0.0f;
+  const float inv_det = 1.0f / det;
+  const float u = -dot(a, p) * inv_det;
+  if (!(u >= 0.0f && u <= 1.0f)) return 0.0f;
+  const Vec3 q = cross(-a, e1);
+  const float v = dot(wi, q) * inv_det;
+  if (!(v >= 0.0f && u + v <= 1.0f)) return 0.0f;
+  return std::max(dot(e2, q) * inv_det, 0.0f);
+}
+
+// Largest signed distance of a box's corners over the plane through `from`.
+float highest_corner(const Light& light, const Vec3& from, const Vec3& normal) noexcept {
+  float height = 0.0f;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float corner = normal[axis] > 0.0f ? light.bounds_max[axis] : light.bounds_min[axis];
+    height += normal[axis] * (corner - from[axis]);
+  }
+  return height;
+}
+
+}  // namespace
+
+std::string_view to_string(LightSampling sampling) {
+  return sampling == LightSampling::Area ? "area" : "solid_angle";
+}
+
+bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec3& from,
+                           const Vec3& normal) noexcept {
+  light_ = &light;
+  from_ = from;
+  switch (light.type) {
+    case LightType::Rectangle: {
+      // The highest of the four corners, without the slack of the bounding box.
+      const float base = dot(normal, light.origin - from);
+      const float rise_u = std::max(dot(normal, light.edge_u), 0.0f);
+      const float rise_v = std::max(dot(normal, light.edge_v), 0.0f);
+      return base + rise_u + rise_v > 0.0f && set_up_rectangle(sampling);
+    }
+    case LightType::Sphere:
+      return dot(normal, light.center - from) + light.radius > 0.0f && set_up_sphere();
+    case LightType::Mesh:
+      mode_ = Mode::Mesh;
+      return highest_corner(light, from, normal) > 0.0f;
+  }
+  return false;
+}
+
+bool LightProposal::set_up_rectangle(LightSampling sampling) noexcept {
+  const Light& light = *light_;
+  to_origin_ = light.origin - from_;
+  height_ = dot(light.normal, to_origin_);
+  // On the dark side or in the plane of the light nothing arrives.
+  if (height_ == 0.0f || (!light.two_sided && height_ > 0.0f)) return false;
+  const float length2_u = light.edge_u.length2();
+  const float length2_v = light.edge_v.length2();
+  inv_length2_u_ = 1.0f / length2_u;
+  inv_length2_v_ = 1.0f / length2_v;
+  inv_area_height_ = 1.0f / (std::sqrt(length2_u * length2_v) * std::abs(height_));
+  mode_ = Mode::RectangleArea;
+  if (sampling == LightSampling::Area) return std::isfinite(inv_area_height_);
+
+  // Spherical rectangle. Source: Urena, Fajardo and King 2013, "An area-preserving parametrization for spherical
+  // rectangles". The solid angle is a sum of arcsines instead of arccosines minus 2 pi, which cancels.
+  axis_x_ = Vec3d(light.edge_u).normalized();
+  axis_y_ = Vec3d(light.edge_v).normalized();
+  axis_z_ = axis_x_.cross(axis_y_);
+  const Vec3d d = Vec3d(light.origin) - Vec3d(from_);
+  z0_ = d.dot(axis_z_);
+  if (z0_ > 0.0) {  // the formulas want the rectangle on the negative side of z
+    axis_z_ = -axis_z_;
+    z0_ = -z0_;
+  }
+  x0_ = d.dot(axis_x_);
+  y0_ = d.dot(axis_y_);
+  x1_ = x0_ + std::sqrt(static_cast<double>(length2_u));
+  y1_ = y0_ + std::sqrt(static_cast<double>(length2_v));
+  const double z2 = z0_ * z0_;
+  // z components of the unit normals of the four planes through the point and an edge.
+  const double n0 = -y0_ / std::sqrt(z2 + y0_ * y0_);
+  const double n1 = x1_ / std::sqrt(z2 + x1_ * x1_);
+  const double n2 = y1_ / std::sqrt(z2 + y1_ * y1_);
+  const double n3 = -x0_ / std::sqrt(z2 + x0_ * x0_);
+  const double s01 = std::asin(n0 * n1);
+  const double s12 = std::asin(n1 * n2);
+  const double s23 = std::asin(n2 * n3);
+  const double s30 = std::asin(n3 * n0);
+  solid_angle_ = s01 + s12 + s23 + s30;
+  if (!(solid_angle_ > kMinSphericalRectangle)) return std::isfinite(inv_area_height_);
+  b0_ = n0;
+  b1_ = n2;
+  k_ = M_PI - s23 - s30;  // 2 pi minus the two inner angles at the edge x = x0
+  pdf_constant_ = static_cast<float>(1.0 / solid_angle_);
+  mode_ = Mode::RectangleAngle;
+  return true;
+}
+
+bool LightProposal::set_up_sphere() noexcept {
+  const Light& light = *light_;
+  const Vec3 to_center = light.center - from_;
+  const float distance2 = to_center.length2();
+  const float radius2 = light.radius * light.radius;
+  if (!(distance2 > radius2)) {
+    mode_ = Mode::SphereInside;  // only a two-sided sphere lights its inside
+    pdf_constant_ = uniform_sphere_pdf_w();
+    return light.two_sided;
+  }
+  mode_ = Mode::SphereCone;
+  const float sin2 = radius2 / distance2;
+  one_minus_cos_ = sin2 / (1.0f + std::sqrt(std::max(0.0f, 1.0f - sin2)));
+  axis_ = to_center / std::sqrt(distance2);
+  pdf_constant_ = uniform_cone_pdf_w(one_minus_cos_);
+  return one_minus_cos_ > 0.0f && std::isfinite(pdf_constant_);
+}
+
+std::optional<LightSample> LightProposal::sample(const Variates& variates) const noexcept {
+  const Light& light = *light_;
+  const Vec2& u = variates.u;
+  switch (mode_) {
+    case Mode::RectangleArea: {
+      const Vec3 d = to_origin_ + light.edge_u * u.x + light.edge_v * u.y;
+      const float r2 = d.length2();
+      const float r = std::sqrt(r2);
+      return LightSample{d / r, r2 * r * inv_area_height_};
+    }
+    case Mode::RectangleAngle: return sample_rectangle_angle(u);
+    case Mode::SphereCone:
+      return LightSample{Frame(axis_).to_world(sample_uniform_cone(u, one_minus_cos_)),
+                         pdf_constant_};
+    case Mode::SphereInside: return LightSample{sample_uniform_sphere(u), pdf_constant_};
+    case Mode::Mesh: break;
+  }
+  const DiscreteDistribution::Choice choice = light.triangle_areas.sample(variates.choice);
+  const Vec3* triangle = &light.vertices[std::size_t{choice.index} * 3];
+  const Vec2 b = sample_uniform_triangle(u);
+  const Vec3 point = triangle[0] * (1.0f - b.x - b.y) + triangle[1] * b.x + triangle[2] * b.y;
+  const Vec3 d = point - from_;
+  const float r2 = d.length2();
+  if (!(r2 > 0.0f)) return std::nullopt;
+  const Vec3 wi = d / std::sqrt(r2);
+  const float pdf = mesh_pdf_w(wi);
+  // A direction in the plane of its own triangle: a set of measure zero that rounding can reach.
+  if (!(pdf > 0.0f) || !std::isfinite(pdf)) return std::nullopt;
+  return LightSample{wi, pdf};
+}
+
+LightSample LightProposal::sample_rectangle_angle(const Vec2& u) const noexcept {
+  const double au = static_cast<double>(u.x) * solid_angle_ + k_;
+  const double sin_au = std::sin(au);
+  const double fu = (std::cos(au) * b0_ - b1_) / sin_au;
+  const double cu =
+      std::clamp(std::copysign(1.0, fu) / std::sqrt(fu * fu + b0_ * b0_), -1.0, 1.0);
+  const double cos2 = std::max(1e-300, 1.0 - cu * cu);
+  const double xu = std::clamp(-(cu * z0_) / std::sqrt(cos2), x0_, x1_);
+  const double d2 = xu * xu + z0_ * z0_;
+  const double h0 = y0_ / std::sqrt(d2 + y0_ * y0_);
+  const double h1 = y1_ / std::sqrt(d2 + y1_ * y1_);
+  const double hv = h0 + static_cast<double>(u.y) * (h1 - h0);
+  const double hv2 = hv * hv;
+  // At the end of an edge that is out of sight, so to speak, hv rounds to -1 or 1.
+  const double yv = hv2 < 1.0 - 1e-12
+                        ? std::clamp(hv * std::sqrt(d2) / std::sqrt(1.0 - hv2), y0_, y1_)
+                        : (hv < 0.0 ? y0_ : y1_);
+  const Vec3d d = axis_x_ * xu + axis_y_ * yv + axis_z_ * z0_;
+  return {Vec3(d / d.length()), pdf_constant_};
+}
+
+float LightProposal::pdf_w(const Vec3& wi) const noexcept {
+  switch (mode_) {
+    case Mode::RectangleArea:
+    case Mode::RectangleAngle: {
+      const float slope = dot(light_->normal, wi);
+      const float t = height_ / slope;
+      if (!(t > 0.0f) || slope == 0.0f) return 0.0f;
+      const Vec3 p = wi * t - to_origin_;
+      const float u = dot(p, light_->edge_u) * inv_length2_u_;
+      const float v = dot(p, light_->edge_v) * inv_length2_v_;
+      if (!(u >= 0.0f && u <= 1.0f && v >= 0.0f && v <= 1.0f)) return 0.0f;
+      return mode_ == Mode::RectangleAngle ? pdf_constant_ : t * t * t * inv_area_height_;
+    }
+    case Mode::SphereCone: {
+      // Membership by the chord, which keeps its digits where the cosine of a small cone rounds to 1.
+      const bool inside = (wi - axis_).length2() <= 2.0f * one_minus_cos_;
+      return inside ? pdf_constant_ : 0.0f;
+    }
+    case Mode::SphereInside: return pdf_constant_;
+    case Mode::Mesh: break;
+  }
+  return mesh_pdf_w(wi);
+}
+
+float LightProposal::mesh_pdf_w(const Vec3& wi) const noexcept {
+  const Light& light = *light_;
+  double sum = 0.0;
+  for (std::size_t i = 0; i + 2 < light.vertices.size(); i += 3) {
+    const Vec3 a = light.vertices[i] - from_;
+    const Vec3 b = light.vertices[i + 1] - from_;
+    const Vec3 c = light.vertices[i + 2] - from_;
+    const float t = intersect_triangle(a, b, c, wi);
+    if (!(t > 0.0f)) continue;
+    const Vec3 n = cross(b - a, c - a);  // length: twice the area
+    const float slope = std::abs(dot(n, wi));
+    if (slope > 0.0f) sum += static_cast<double>(t * t * n.length() / slope);
+  }
+  return static_cast<float>(sum / light.area);
+}
+
+}  // namespace penumbra

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <span>
+#include <vector>
+
+#include "scenes/core/vec.h"
+
+namespace penumbra {
+
+/// What a ray met first.
+struct RayHit {
+  static constexpr std::uint32_t kMiss = 0xffffffffu;
+  std::uint32_t geometry{kMiss};   ///< index in the order of addition to the RayScene
+  std::uint32_t primitive{0};
+  float u{0}, v{0};                ///< barycentric (triangle) or bilinear (quad) coordinates
+  float distance{0};
+  Vec3 normal{0.0f};               ///< geometric, right-handed, any length
+
+  bool hit() const noexcept { return geometry != kMiss; }
+};
+
+/// Rays to be traced together, structure of arrays. One per estimator thread; the capacity is fixed when it is made, so
+/// that filling it allocates nothing.
+class RayBatch {
+ public:
+  explicit RayBatch(std::size_t capacity);
+
+  void clear() noexcept { count_ = 0; }
+  std::size_t size() const noexcept { return count_; }
+  std::size_t capacity() const noexcept { return ox.size() - kPadding; }
+
+  /// Adds a ray; both vectors finite, the direction not zero.
+  void add(const Vec3& origin, const Vec3& direction) noexcept {
+    const std::size_t i = count_++;
+    ox[i] = origin.x, oy[i] = origin.y, oz[i] = origin.z;
+    dx[i] = direction.x, dy[i] = direction.y, dz[i] = direction.z;
+  }
+
+  Vec3 origin(std::size_t i) const noexcept { return {ox[i], oy[i], oz[i]}; }
+  Vec3 direction(std::size_t i) const noexcept { return {dx[i], dy[i], dz[i]}; }
+
+  static constexpr std::size_t kPadding = 16;  ///< spare lanes behind the last ray, for packets
+  std::vector<float> ox, oy, oz, dx, dy, dz;
+  std::vector<RayHit> hits;  ///< [ray]; written by RayScene::intersect
+
+ private:
+  std::size_t count_{0};
+};
+
+/// Keeps every ray that passes through a scene's batch query, batch by batch, to trace the same rays again alone: the
+/// time of an estimate minus the time of its bare queries is its own cost. For one thread.
+struct RayRecorder {
+  std::vector<RayBatch> batches;
+};
+
+/// Geometry and closest-hit queries: the one place that knows Embree. Works with Embree 3 and 4.
+class RayScene {
+ public:
+  RayScene();
+  ~RayScene();
+  RayScene(const RayScene&) = delete;
+  RayScene& operator=(const RayScene&) = delete;
+
+  /// Each returns the geometry's index. Data is copied.
+  std::uint32_t add_triangles(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);
+  std::uint32_t add_quads(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);
+  std::uint32_t add_sphere(const Vec3& center, float radius);
+  /// Builds the acceleration structure; nothing can be added afterwards.
+  void commit();
+
+  /// Fills `batch.hits` with the closest hit of each ray beyond its origin.
+  void intersect(RayBatch& batch) const noexcept;
+
+  /// Bytes of the acceleration structure and geometry, as Embree reports its allocations.
+  std::size_t memory_bytes() const noexcept;
+
+  /// "Embree 3.13.5" and the like.
+  static std::string version();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Moves a ray's origin off the surface it lies on, by a distance that follows the floating-point grid and so needs no
+/// scene-dependent epsilon.
+/// @param normal  unit, on the side the ray leaves to
+/// Source: Waechter and Binder 2019, "A fast and robust method for avoiding self-intersection".
+Vec3 offset_ray_origin(const Vec3& position, const Vec3& normal) noexcept;
+
+}  // namespace penumbra

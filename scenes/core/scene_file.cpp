@@ -1,0 +1,256 @@
+#include "scenes/core/scene_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "scenes/core/json_schema.h"
+#include "scenes/core/scene_file_shapes.h"
+#include "scenes/core/scene_schema.h"
+#include "scenes/core/suggest.h"
+
+namespace penumbra {
+
+using nlohmann::json;
+
+namespace {
+
+/// Largest |cosine| of edges that count as perpendicular, and smallest sine of directions that
+/// count as different.
+constexpr double kAngleTolerance = 1e-6;
+
+Rgb read_rgb(const json& value) {
+  if (value.is_number()) return Rgb(value.get<float>());
+  return {value[0].get<float>(), value[1].get<float>(), value[2].get<float>()};
+}
+
+LambertMaterial read_lambert(const json& value) { return {read_rgb(value["reflectance"])}; }
+
+ConductorMaterial read_conductor(const json& value) {
+  ConductorMaterial material;
+  material.eta = read_rgb(value["eta"]);
+  material.k = read_rgb(value["k"]);
+  // The file's 1e-4 is the range's end in double and may round below it.
+  material.alpha = std::max(value["alpha"].get<float>(), 1e-4f);
+  if (value.contains("tint")) material.tint = read_rgb(value["tint"]);
+  return material;
+}
+
+/// One pass over a document. A part with a fault of the schema is passed over, the others are still
+/// checked, so that one run reports all it can.
+class SceneReader {
+ public:
+  explicit SceneReader(const LocatedJson& document) : document_(document), root_(document.root()) {}
+
+  SceneDescription read() {
+    static const JsonSchema schema(kSceneSchemaJson);
+    schema.validate(document_, faults_);
+    if (root_.is_object()) {
+      if (sound("/name")) scene_.name = root_["name"].get<std::string>();
+      if (sound("/summary")) scene_.summary = root_["summary"].get<std::string>();
+      if (sound("/camera")) read_camera(root_["camera"]);
+      read_materials();
+      read_shapes();
+    }
+    faults_.throw_if_any();
+    return std::move(scene_);
+  }
+
+ private:
+  /// Whether a top-level part exists and obeys the schema.
+  bool sound(const std::string& pointer) const {
+    return root_.contains(json::json_pointer(pointer)) && !faults_.covers(pointer);
+  }
+
+  void fault(const std::string& pointer, std::string message) {
+    faults_.add(document_.value_at(pointer), pointer, std::move(message));
+  }
+
+  void read_camera(const json& value) {
+    CameraDescription& camera = scene_.camera;
+    camera.position = read_vector(value["position"]);
+    camera.look_at = read_vector(value["look_at"]);
+    if (value.contains("up")) camera.up = read_vector(value["up"]);
+    camera.vertical_fov_deg = value.value("vertical_fov_deg", camera.vertical_fov_deg);
+    camera.resolution = value.value("resolution", camera.resolution);
+    const Vec3d view = camera.look_at - camera.position;
+    if (view.length() == 0.0) {
+      fault("/camera/look_at", "must differ from position");
+    } else if (camera.up.length() == 0.0) {
+      fault("/camera/up", "must not be the zero vector");
+    } else if (view.normalized().cross(camera.up.normalized()).length() < kAngleTolerance) {
+      fault("/camera/up", "must not be parallel to the view direction, look_at - position");
+    }
+  }
+
+  void read_materials() {
+    const auto materials = root_.find("materials");
+    if (materials == root_.end() || !materials->is_object()) return;
+    for (const auto& [name, value] : materials->items()) {
+      // The name is known even where its definition is at fault: shapes may refer to it.
+      material_names_.push_back(name);
+      MaterialDescription material;
+      material.name = name;
+      const std::string pointer = child_pointer("/materials", name);
+      if (!faults_.covers(pointer)) read_material(value, pointer, material);
+      scene_.materials.push_back(std::move(material));
+    }
+  }
+
+  void read_material(const json& value, const std::string& pointer, MaterialDescription& material) {
+    const std::string type = value["type"].get<std::string>();
+    if (type == "lambert") {
+      material.model = read_lambert(value);
+    } else if (type == "conductor") {
+      material.model = read_conductor(value);
+    } else if (type == "mixture") {
+      material.model =
+          MixtureMaterial{read_lambert(value["diffuse"]), read_conductor(value["glossy"]),
+                          value["glossy_weight"].get<float>()};
+    } else {
+      material.model = read_phong(value, pointer);
+    }
+  }
+
+  PhongMaterial read_phong(const json& value, const std::string& pointer) {
+    const PhongMaterial phong{read_rgb(value["diffuse"]), read_rgb(value["specular"]),
+                              value["exponent"].get<float>()};
+    for (int c = 0; c < 3; ++c) {
+      // Shares such as 0.3 + 0.7 may exceed 1 by the rounding of the sum.
+      const float sum = phong.diffuse[c] + phong.specular[c];
+      if (sum <= 1.0f + 1e-6f) continue;
+      fault(child_pointer(pointer, "specular"),
+            std::string("diffuse + specular must be at most 1, found ") + json(sum).dump() +
+                " in the " +
+                (c == 0   ? "red"
+                 : c == 1 ? "green"
+                          : "blue") +
+                " channel");
+      break;
+    }
+    return phong;
+  }
+
+  std::optional<std::uint32_t> find_material(const json& name, const std::string& pointer) {
+    const auto found = std::find(material_names_.begin(), material_names_.end(), name);
+    if (found != material_names_.end()) {
+      return static_cast<std::uint32_t>(found - material_names_.begin());
+    }
+    fault(pointer, unknown_name("material", name.get<std::string>(), material_names_));
+    return std::nullopt;
+  }
+
+  void read_shapes() {
+    const auto shapes = root_.find("shapes");
+    if (shapes == root_.end() || !shapes->is_array()) return;
+    for (std::size_t i = 0; i < shapes->size(); ++i) {
+      const std::string pointer = child_pointer("/shapes", i);
+      if (faults_.covers(pointer)) continue;
+      const json& value = (*shapes)[i];
+      if (value["type"] == "checkerboard") {
+        read_checkerboard(value, pointer);
+      } else {
+        read_shape(value, pointer);
+      }
+    }
+  }
+
+  void read_shape(const json& value, const std::string& pointer) {
+    ShapeDescription shape;
+    shape.name = value["name"].get<std::string>();
+    shape.material =
+        find_material(value["material"], child_pointer(pointer, "material")).value_or(0);
+    const std::string type = value["type"].get<std::string>();
+    if (type == "rectangle") {
+      shape.shape = read_rectangle(value, pointer);
+    } else if (type == "sphere") {
+      shape.shape = SphereShape{read_vector(value["center"]), value["radius"].get<double>()};
+    } else if (type == "triangles") {
+      shape.shape =
+          read_triangles(value, {document_, pointer, shape.name}, faults_, scene_.warnings);
+    } else {
+      shape.shape = read_quads(value, {document_, pointer, shape.name}, faults_, scene_.warnings);
+    }
+    if (value.contains("emission")) read_emission(value["emission"], shape);
+    add_shape(std::move(shape), pointer);
+  }
+
+  RectangleShape read_rectangle(const json& value, const std::string& pointer) {
+    const RectangleShape shape{read_vector(value["origin"]), read_vector(value["edge_u"]),
+                               read_vector(value["edge_v"])};
+    const double cosine = shape.edge_u.normalized().dot(shape.edge_v.normalized());
+    if (shape.edge_u.length() == 0.0) {
+      fault(child_pointer(pointer, "edge_u"), "must not be the zero vector");
+    } else if (shape.edge_v.length() == 0.0) {
+      fault(child_pointer(pointer, "edge_v"), "must not be the zero vector");
+    } else if (std::abs(cosine) >= kAngleTolerance) {
+      fault(child_pointer(pointer, "edge_v"),
+            "must be perpendicular to edge_u; the cosine between them is " + json(cosine).dump());
+    }
+    return shape;
+  }
+
+  void read_emission(const json& value, ShapeDescription& shape) {
+    const EmissionDescription emission{read_rgb(value["radiance"]),
+                                       value.value("two_sided", false)};
+    if (is_black(emission.radiance)) {
+      scene_.warnings.push_back("shape \"" + shape.name +
+                                "\" has an emission of zero and is not a light");
+    } else {
+      shape.emission = emission;
+    }
+  }
+
+  void read_checkerboard(const json& value, const std::string& pointer) {
+    std::vector<std::array<std::uint32_t, 2>> band_materials;
+    bool materials_known = true;
+    for (std::size_t b = 0; b < value["rows"].size(); ++b) {
+      const std::string place =
+          child_pointer(child_pointer(child_pointer(pointer, "rows"), b), "materials");
+      const json& names = value["rows"][b]["materials"];
+      const auto first = find_material(names[0], child_pointer(place, std::size_t{0}));
+      const auto second = find_material(names[1], child_pointer(place, std::size_t{1}));
+      materials_known = materials_known && first && second;
+      band_materials.push_back({first.value_or(0), second.value_or(0)});
+    }
+    const std::string name = value["name"].get<std::string>();
+    std::vector<CheckerboardPart> parts =
+        expand_checkerboard(value, {document_, pointer, name}, band_materials, faults_);
+    if (!materials_known) return;  // the parts are named after their materials
+    for (CheckerboardPart& part : parts) {
+      add_shape(
+          {name + "." + material_names_[part.material], part.material, std::move(part.mesh), {}},
+          pointer);
+    }
+  }
+
+  void add_shape(ShapeDescription shape, const std::string& pointer) {
+    if (!shape_names_.insert(shape.name).second) {
+      fault(child_pointer(pointer, "name"), "shape name \"" + shape.name + "\" is used twice");
+    }
+    scene_.shapes.push_back(std::move(shape));
+  }
+
+  const LocatedJson& document_;
+  const json& root_;
+  DiagnosticList faults_;
+  SceneDescription scene_;
+  std::vector<std::string> material_names_;  ///< same indices as scene_.materials
+  std::set<std::string> shape_names_;
+};
+
+}  // namespace
+
+SceneDescription load_scene_description(const std::filesystem::path& file) {
+  return parse_scene_description(LocatedJson::parse_file(file));
+}
+
+SceneDescription parse_scene_description(const LocatedJson& document) {
+  return SceneReader(document).read();
+}
+
+}  // namespace penumbra

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "scenes/core/vec.h"
+
+namespace penumbra {
+
+class Scene;
+
+inline constexpr std::int32_t kNoLight = -1;
+
+/// A point whose direct light is to be estimated, in scene space. 56 bytes: a 1920x1080 image with 8 camera samples
+/// keeps 16.6 million of them.
+struct ShadingPoint {
+  static constexpr std::uint32_t kInvalid = std::numeric_limits<std::uint32_t>::max();
+
+  Vec3 position{0.0f};          ///< moved off the surface: the origin of its rays
+  Vec3 geometric_normal{0.0f};  ///< unit, on the side of the viewer
+  Vec3 shading_normal{0.0f};    ///< unit, in the same hemisphere
+  Vec3 wo{0.0f};                ///< unit, towards the viewer
+  std::uint32_t material{kInvalid};
+  std::int32_t light{kNoLight};  ///< light whose emitting side is seen here, or kNoLight
+  /// False where the camera ray met nothing or a black surface: no light can be reflected.
+  bool valid() const noexcept { return material != kInvalid; }
+};
+
+/// A rectangle of pixels whose shading points lie together.
+struct TileRect {
+  int x0{0}, y0{0};
+  int width{0}, height{0};  ///< [pixels]; smaller than the tile's side at the right and lower border only
+  std::size_t first{0};     ///< index of its first point
+};
+
+/// The shading points of an image, tile after tile: primary hits, made once per scene and never timed.
+struct ShadingPoints {
+  int width{0}, height{0};           ///< of the image [pixels]
+  int camera_samples{1};             ///< points per pixel
+  std::vector<TileRect> tiles;       ///< row-major
+  std::vector<ShadingPoint> points;  ///< [tile][pixel, row-major in the tile][camera sample]
+  std::size_t valid_count{0};
+
+  std::span<const ShadingPoint> of(const TileRect& tile) const {
+    return std::span(points).subspan(tile.first, static_cast<std::size_t>(tile.width) *
+                                                     static_cast<std::size_t>(tile.height) *
+                                                     static_cast<std::size_t>(camera_samples));
+  }
+};
+
+/// Traces the primary rays. Camera samples are jittered over a stratified grid of each pixel (one sample: the pixel's
+/// centre) and keyed by `seed`, so every estimator, block and reference sees the same points and the antialiasing of
+/// edges is not mistaken for an error of the estimators. The points do not depend on the tile's side, only their order.
+/// @param tile_side  [pixels], > 0
+ShadingPoints make_shading_points(const Scene& scene, int camera_samples, std::uint64_t seed,
+                                  int tile_side);
+
+}  // namespace penumbra
