@@ -204,7 +204,7 @@ RgbSum balance_sum(Mixture& mixture, std::size_t first,
       ++mixture.counters().uncovered;
       continue;
     }
-    sum += widen(mixture.f(i)) / k;
+    sum += widen(mixture.f(i)) * (1.0 / k);
   }
   return sum;
 }

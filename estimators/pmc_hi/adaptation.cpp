@@ -11,6 +11,15 @@ constexpr double kMinResultant = 1e-3;
 
 double unit(std::uint32_t bits) noexcept { return static_cast<double>(bits) * 0x1p-32; }
 
+// Random rank of a component: an integer hash of random bits and its index.
+// Source: Appleby, MurmurHash3 finaliser.
+std::uint32_t tie_rank(std::uint32_t bits, std::size_t component) noexcept {
+  std::uint32_t x = bits ^ (static_cast<std::uint32_t>(component + 1) * 0x9e3779b9u);
+  x = (x ^ (x >> 16)) * 0x85ebca6bu;
+  x = (x ^ (x >> 13)) * 0xc2b2ae35u;
+  return x ^ (x >> 16);
+}
+
 void largest_remainder(std::span<const double> alpha, int total, std::uint32_t bits,
                        std::span<int> counts) noexcept {
   int assigned = 0;
@@ -18,17 +27,16 @@ void largest_remainder(std::span<const double> alpha, int total, std::uint32_t b
     counts[k] = static_cast<int>(std::floor(total * alpha[k]));
     assigned += counts[k];
   }
-  // Each remaining sample goes to the component that is owed most. The search starts at a random component, so that
-  // among equals no fixed one is favoured.
-  const auto m = static_cast<std::uint32_t>(alpha.size());
-  const auto start = static_cast<std::uint32_t>((std::uint64_t{bits} * m) >> 32);
+  // Each remaining sample goes to the component that is owed most; among equals, to the one that a random ranking puts
+  // first, so that every one of them is equally likely.
   for (; assigned < total; ++assigned) {
     std::size_t best = 0;
     double most_owed = -1e300;
-    for (std::uint32_t step = 0; step < m; ++step) {
-      const std::size_t k = (start + step) % m;
-      const double owed = alpha[k] > 0.0 ? total * alpha[k] - counts[k] : -1e300;
-      if (owed > most_owed + 1e-9) {
+    for (std::size_t k = 0; k < alpha.size(); ++k) {
+      if (alpha[k] <= 0.0) continue;
+      const double owed = total * alpha[k] - counts[k];
+      const bool tie = std::abs(owed - most_owed) <= 1e-9;
+      if (tie ? tie_rank(bits, k) > tie_rank(bits, best) : owed > most_owed) {
         most_owed = owed;
         best = k;
       }

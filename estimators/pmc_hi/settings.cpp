@@ -101,6 +101,21 @@ Settings read_settings(const ParamSet& params) {
   return s;
 }
 
+namespace {
+
+// Equal weights and at least as many samples as components: rounded counts are at least n_min and have mean N alpha,
+// but multinomial ones can be anything.
+std::string bias_without_adaptation(const Settings& s) {
+  if (s.initial == Initial::MisSplit || s.rounding != Rounding::Multinomial) return {};
+  const bool raised = s.n_min > 0;
+  if (s.denominator == Denominator::Alpha) {
+    return raised ? "counts raised to n_min with alpha in the denominator" : "";
+  }
+  return raised ? "" : "counts in the denominator while a component can get none";
+}
+
+}  // namespace
+
 std::string bias_reason(const ParamSet& params) {
   const Settings s = read_settings(params);
   if (s.combine == Combine::InverseVariance) {
@@ -109,7 +124,7 @@ std::string bias_reason(const ParamSet& params) {
   if (s.combine == Combine::Pooled) {
     return "later kernels of the pooled denominator depend on earlier samples";
   }
-  if (!s.adapt) return {};
+  if (!s.adapt) return bias_without_adaptation(s);
   const bool fixed_counts = s.rounding == Rounding::LargestRemainder;
   if (s.denominator == Denominator::Alpha) {
     if (fixed_counts) return "deterministic counts with alpha in the denominator";
@@ -125,6 +140,12 @@ std::string bias_reason(const ParamSet& params) {
 }
 
 void check_budget(const Settings& s, const Budget& budget, std::size_t lights) {
+  const int components = s.lights_as_one ? 2 : static_cast<int>(lights) + 1;
+  if (s.alpha_floor * components > 1.0) {
+    throw InputError("pmc_hi: alpha_floor = " + std::to_string(s.alpha_floor) + " for " +
+                     std::to_string(components) + " components leaves less than nothing to adapt, " +
+                     "at most " + std::to_string(1.0 / components) + " is allowed");
+  }
   if (s.n_min == 0 || lights == 0) return;
   // The tightest point has one light that can contribute: SRL samples for two components. Where more lights can, the
   // samples grow faster than the components.
@@ -140,11 +161,14 @@ void check_budget(const Settings& s, const Budget& budget, std::size_t lights) {
                      " adaptive shadow rays per light, found " +
                      std::to_string(budget.srl_adaptive));
   }
-  const int components = s.lights_as_one ? 2 : static_cast<int>(lights) + 1;
-  if (s.adapt && s.population > 0 && s.population < s.n_min * components) {
+  // Every iteration has at least a population or all adaptive rays. The automatic population, twice the components,
+  // holds n_min = 2 always and more for few lights only.
+  const int population = s.population > 0 ? s.population : 2 * (components + (s.cone ? 1 : 0));
+  const bool in_populations = s.adapt && !s.single_stage && budget.srl_adaptive > 0;
+  if (in_populations && population < s.n_min * components) {
     throw InputError(where + "a population of at least " + std::to_string(s.n_min * components) +
                      " for " + std::to_string(components) + " components, found " +
-                     std::to_string(s.population));
+                     std::to_string(population));
   }
 }
 

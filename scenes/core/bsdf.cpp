@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "scenes/core/frame.h"
+#include "scenes/core/sincos.h"
 #include "scenes/core/warp.h"
 
 namespace penumbra {
@@ -25,24 +26,29 @@ float glossy_share(const Rgb& glossy, const Rgb& diffuse) {
 Rgb conductor_fresnel(float cos_theta, const Rgb& eta, const Rgb& k) noexcept {
   const float cos2 = cos_theta * cos_theta;
   const float sin2 = std::max(0.0f, 1.0f - cos2);
-  Rgb result;
-  for (int c = 0; c < 3; ++c) {
-    const float eta2 = eta[c] * eta[c];
-    const float k2 = k[c] * k[c];
+  // Four lanes, the last a copy, so that the loop becomes vector instructions.
+  const float etas[4] = {eta.x, eta.y, eta.z, eta.z};
+  const float ks[4] = {k.x, k.y, k.z, k.z};
+  float result[4];
+  for (int c = 0; c < 4; ++c) {
+    const float eta2 = etas[c] * etas[c];
+    const float k2 = ks[c] * ks[c];
     const float t0 = eta2 - k2 - sin2;
-    const float a2_plus_b2 = std::sqrt(t0 * t0 + 4.0f * eta2 * k2);
+    const float product = 4.0f * eta2 * k2;
+    const float a2_plus_b2 = std::sqrt(t0 * t0 + product);
     // (a2_plus_b2 + t0)/2, in the form that does not cancel: (a2_plus_b2 + t0)(a2_plus_b2 - t0) = 4 eta^2 k^2.
-    const float a2 = t0 > 0.0f ? 0.5f * (a2_plus_b2 + t0)
-                               : 2.0f * eta2 * k2 / std::max(a2_plus_b2 - t0, 1e-30f);
-    const float a = std::sqrt(a2);
+    const float larger = a2_plus_b2 + std::abs(t0);
+    const float a2 = t0 > 0.0f ? 0.5f * larger : 0.5f * product / std::max(larger, 1e-30f);
     const float t1 = a2_plus_b2 + cos2;
-    const float t2 = 2.0f * a * cos_theta;
-    const float r_s = (t1 - t2) / (t1 + t2);
+    const float t2 = 2.0f * std::sqrt(a2) * cos_theta;
     const float t3 = cos2 * a2_plus_b2 + sin2 * sin2;
     const float t4 = t2 * sin2;
-    result[c] = 0.5f * r_s * (1.0f + (t3 - t4) / (t3 + t4));
+    // Half of r_s (1 + r_p/r_s), with one division for both quotients.
+    const float s_sum = t1 + t2;
+    const float p_sum = t3 + t4;
+    result[c] = (t1 - t2) * t3 / (s_sum * p_sum);
   }
-  return result;
+  return {result[0], result[1], result[2]};
 }
 
 float ggx_distribution(const Vec3& h, float alpha) noexcept {
@@ -89,6 +95,9 @@ bool Bsdf::is_black() const noexcept {
 BoundBsdf::BoundBsdf(const Bsdf& bsdf, const Vec3& wo_local) noexcept : bsdf_(&bsdf), wo_(wo_local) {
   const float alpha2 = bsdf.alpha_ * bsdf.alpha_;
   lambda_o_ = std::sqrt(alpha2 + (1.0f - alpha2) * wo_.z * wo_.z);
+  if (bsdf.has_glossy()) {
+    stretched_ = Vec3(bsdf.alpha_ * wo_.x, bsdf.alpha_ * wo_.y, wo_.z).normalized();
+  }
 }
 
 BsdfValue BoundBsdf::evaluate(const Vec3& wi) const noexcept {
@@ -156,15 +165,14 @@ std::optional<Vec3> BoundBsdf::sample(const Variates& variates) const noexcept {
 // Source: Dupuy and Benyoub 2023, "Sampling visible GGX normals with spherical caps".
 Vec3 BoundBsdf::sample_glossy(const Vec2& u) const noexcept {
   const float alpha = bsdf_->alpha_;
-  const Vec3 stretched = Vec3(alpha * wo_.x, alpha * wo_.y, wo_.z).normalized();
-  const float phi = 2.0f * kPi * u.x;
-  const float depth = u.y * (1.0f + stretched.z);  // 1 - z, for z uniform over (-stretched.z, 1]
+  const float depth = u.y * (1.0f + stretched_.z);  // 1 - z, for z uniform over (-stretched.z, 1]
   const float sin_theta = std::sqrt(std::max(0.0f, depth * (2.0f - depth)));
-  const Vec3 cap(sin_theta * std::cos(phi), sin_theta * std::sin(phi), 1.0f - depth);
-  const Vec3 h_std = cap + stretched;
+  const SinCos phi = sincos_turns(u.x);
+  const Vec3 cap(sin_theta * phi.cosine, sin_theta * phi.sine, 1.0f - depth);
+  const Vec3 h_std = cap + stretched_;
   const Vec3 h =
       Vec3(alpha * h_std.x, alpha * h_std.y, std::max(h_std.z, 0.0f)).normalized();
-  return (h * (2.0f * dot(wo_, h)) - wo_).normalized();
+  return h * (2.0f * dot(wo_, h)) - wo_;
 }
 
 Vec3 BoundBsdf::sample_phong(const Vec2& u) const noexcept {
@@ -172,8 +180,8 @@ Vec3 BoundBsdf::sample_phong(const Vec2& u) const noexcept {
   const float log_u = std::log(std::max(1.0f - u.x, 1.0f - kOneMinusEpsilon));
   const float depth = -std::expm1(log_u / (bsdf_->exponent_ + 1.0f));
   const float sin_theta = std::sqrt(depth * (2.0f - depth));
-  const float phi = 2.0f * kPi * u.y;
-  const Vec3 lobe(sin_theta * std::cos(phi), sin_theta * std::sin(phi), 1.0f - depth);
+  const SinCos phi = sincos_turns(u.y);
+  const Vec3 lobe(sin_theta * phi.cosine, sin_theta * phi.sine, 1.0f - depth);
   return Frame(Vec3(-wo_.x, -wo_.y, wo_.z)).to_world(lobe);
 }
 

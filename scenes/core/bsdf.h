@@ -64,6 +64,7 @@ class BoundBsdf {
 
   const Bsdf* bsdf_;
   Vec3 wo_;
+  Vec3 stretched_{0.0f, 0.0f, 1.0f};  // wo in the space where the microfacets are a hemisphere
   float lambda_o_{0};  // sqrt(alpha^2 + (1 - alpha^2) cos^2(theta_o)), shared by masking and density
 };
 

@@ -141,7 +141,7 @@ std::optional<LightSample> LightProposal::sample(const Variates& variates) const
       const Vec3 d = to_origin_ + light.edge_u * u.x + light.edge_v * u.y;
       const float r2 = d.length2();
       const float r = std::sqrt(r2);
-      return LightSample{d / r, r2 * r * inv_area_height_};
+      return LightSample{d * (1.0f / r), r2 * r * inv_area_height_};
     }
     case Mode::RectangleAngle: return sample_rectangle_angle(u);
     case Mode::SphereCone:
@@ -177,7 +177,7 @@ LightSample LightProposal::sample_rectangle_angle(const Vec2& u) const noexcept 
   const double h1 = y1_ / std::sqrt(d2 + y1_ * y1_);
   const double hv = h0 + static_cast<double>(u.y) * (h1 - h0);
   const double hv2 = hv * hv;
-  // At the end of an edge that is out of sight, so to speak, hv rounds to -1 or 1.
+  // hv rounds to -1 or 1 at the edges of a rectangle that is vast against its distance.
   const double yv = hv2 < 1.0 - 1e-12
                         ? std::clamp(hv * std::sqrt(d2) / std::sqrt(1.0 - hv2), y0_, y1_)
                         : (hv < 0.0 ? y0_ : y1_);
@@ -190,8 +190,8 @@ float LightProposal::pdf_w(const Vec3& wi) const noexcept {
     case Mode::RectangleArea:
     case Mode::RectangleAngle: {
       const float slope = dot(light_->normal, wi);
+      if (!(height_ * slope > 0.0f)) return 0.0f;  // parallel to the plane or away from it
       const float t = height_ / slope;
-      if (!(t > 0.0f) || slope == 0.0f) return 0.0f;
       const Vec3 p = wi * t - to_origin_;
       const float u = dot(p, light_->edge_u) * inv_length2_u_;
       const float v = dot(p, light_->edge_v) * inv_length2_v_;

@@ -14,15 +14,18 @@ namespace {
 constexpr std::uint32_t kIterationShift = 20;
 constexpr std::uint32_t kSetIndex = 0xffffffffu;  // counter value of a set's own scramble
 
-using Words = r123::Philox4x32::ctr_type;
+// Seven rounds are the fewest that pass the statistical tests of Salmon et al. 2011, "Parallel random numbers: as easy
+// as 1, 2, 3"; ten are their margin, which sampling has no use for.
+using Philox = r123::Philox4x32_R<7>;
+using Words = Philox::ctr_type;
 
 Words philox(const StreamKey& key, std::uint32_t index) noexcept {
   PN_ASSERT(key.component < (1u << kIterationShift) && key.iteration < (1u << 12));
   const Words counter = {
       {key.pixel, key.estimate, (key.iteration << kIterationShift) | key.component, index}};
-  const r123::Philox4x32::key_type philox_key = {
+  const Philox::key_type philox_key = {
       {static_cast<std::uint32_t>(key.seed), static_cast<std::uint32_t>(key.seed >> 32)}};
-  return r123::Philox4x32()(counter, philox_key);
+  return Philox()(counter, philox_key);
 }
 
 // The top 24 bits, so that the float is exact and below 1.
@@ -30,10 +33,24 @@ float unit_float(std::uint32_t bits) noexcept {
   return static_cast<float>(bits >> 8) * 0x1p-24f;
 }
 
-// (stratum + jitter) / strata on a grid of 2^-24, in integers so that it can not round up to 1.
-float stratum_float(std::uint64_t stratum, std::uint32_t strata, std::uint32_t jitter) noexcept {
-  const std::uint64_t scaled = ((stratum << 24) + (jitter >> 8)) / strata;
+// (stratum + jitter) / strata on a grid of 2^-24, rounded down so that it can not become 1. The half keeps the product
+// with the rounded reciprocal on the right side of every stratum's border.
+float stratum_float(std::uint32_t stratum, double inv_strata, std::uint32_t jitter) noexcept {
+  const std::uint64_t numerator = (std::uint64_t{stratum} << 24) + (jitter >> 8);
+  const auto scaled =
+      static_cast<std::int64_t>((static_cast<double>(numerator) + 0.5) * inv_strata);
   return static_cast<float>(scaled) * 0x1p-24f;
+}
+
+// (a + b) mod n for a, b < n.
+std::uint32_t add_modulo(std::uint32_t a, std::uint32_t b, std::uint32_t n) noexcept {
+  const std::uint32_t sum = a + b;
+  return sum >= n ? sum - n : sum;
+}
+
+// An almost uniform integer below n from 32 bits.
+std::uint32_t below(std::uint32_t bits, std::uint32_t n) noexcept {
+  return static_cast<std::uint32_t>((std::uint64_t{bits} * n) >> 32);
 }
 
 using DirectionNumbers = std::array<std::uint32_t, 32>;
@@ -103,8 +120,7 @@ std::uint32_t permute(std::uint32_t index, std::uint32_t n, std::uint32_t seed) 
   } while (i >= n);
   // A final rotation by an almost uniform amount makes every image uniform whatever the mixing does.
   const std::uint32_t rotation = (seed ^ (seed >> 15)) * 0x85ebca6bu;
-  return static_cast<std::uint32_t>(
-      (i + ((static_cast<std::uint64_t>(rotation ^ (rotation >> 13)) * n) >> 32)) % n);
+  return add_modulo(i, below(rotation ^ (rotation >> 13), n), n);
 }
 
 std::uint32_t owen_scramble(std::uint32_t fraction, std::uint32_t seed) noexcept {
@@ -139,6 +155,8 @@ PointSet::PointSet(SamplerKind kind, const StreamKey& key, std::uint32_t count) 
     columns_ = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(count)));
     rows_ = (count + columns_ - 1) / columns_;
     transposed_ = (words[3] & 1u) != 0;
+    inv_cells_ = 1.0 / (columns_ * rows_);
+    inv_count_ = 1.0 / count_;
   }
 }
 
@@ -153,18 +171,22 @@ Variates PointSet::operator()(std::uint32_t index) const noexcept {
 Variates PointSet::stratified(std::uint32_t index) const noexcept {
   const Words jitter = philox(key_, index);
   const std::uint32_t cells = columns_ * rows_;
-  const std::uint32_t cell = permute(index, cells, scramble_[0]);
-  const std::uint32_t column = cell % columns_;
+  // Where every cell gets a point, a random turn makes each point uniform on its own; else cells are left out at random.
+  const std::uint32_t cell = cells == count_
+                                 ? add_modulo(index, below(scramble_[0], cells), cells)
+                                 : permute(index, cells, scramble_[0]);
   const std::uint32_t row = cell / columns_;
-  // Each coordinate takes a fine stratum of its own as well (N rooks), shuffled per column and per row.
-  const std::uint64_t fine_x =
-      std::uint64_t{column} * rows_ + permute(row, rows_, scramble_[1] ^ (column * 0x9e3779b1u));
-  const std::uint64_t fine_y =
-      std::uint64_t{row} * columns_ + permute(column, columns_, scramble_[2] ^ (row * 0x85ebca6bu));
-  Vec2 u(stratum_float(fine_x, cells, jitter[0]), stratum_float(fine_y, cells, jitter[1]));
+  const std::uint32_t column = cell - row * columns_;
+  // Each coordinate takes a fine stratum of its own as well (N rooks): the rows within a column, and the columns within
+  // a row, are turned by a random amount.
+  const std::uint32_t turn_x = below(scramble_[1] * (2u * column + 1u), rows_);
+  const std::uint32_t turn_y = below(scramble_[2] * (2u * row + 1u), columns_);
+  const std::uint32_t fine_x = column * rows_ + add_modulo(row, turn_x, rows_);
+  const std::uint32_t fine_y = row * columns_ + add_modulo(column, turn_y, columns_);
+  Vec2 u(stratum_float(fine_x, inv_cells_, jitter[0]), stratum_float(fine_y, inv_cells_, jitter[1]));
   if (transposed_) std::swap(u.x, u.y);
   const std::uint32_t slot = permute(index, count_, scramble_[1] ^ scramble_[2]);
-  return {u, stratum_float(slot, count_, jitter[2])};
+  return {u, stratum_float(slot, inv_count_, jitter[2])};
 }
 
 Variates PointSet::sobol(std::uint32_t index) const noexcept {

@@ -12,7 +12,7 @@ namespace penumbra {
 
 /// The kind of points, a property of a run and the same for every estimator of a comparison.
 enum class SamplerKind : std::uint8_t {
-  Independent,  ///< Philox 4x32-10, every point on its own
+  Independent,  ///< Philox 4x32-7, every point on its own
   Stratified,   ///< multi-jittered in 2D, jittered in 1D, for any number of points
   Sobol,        ///< Owen-scrambled Sobol sequence, scrambled afresh for every key
 };
@@ -60,6 +60,7 @@ class PointSet {
   bool transposed_{false};
   std::uint32_t count_;
   std::uint32_t columns_{1}, rows_{1};
+  double inv_cells_{1.0}, inv_count_{1.0};
   std::uint32_t scramble_[3]{};
   StreamKey key_;
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scenes/core/sincos.h"
+
 namespace penumbra {
 namespace {
 
@@ -18,8 +20,8 @@ float turns(float x, float y) noexcept {
 }
 
 Vec3 on_sphere(float z, float sin_theta, float u) noexcept {
-  const float phi = 2.0f * kPi * u;
-  return {sin_theta * std::cos(phi), sin_theta * std::sin(phi), z};
+  const SinCos phi = sincos_turns(u);
+  return {sin_theta * phi.cosine, sin_theta * phi.sine, z};
 }
 
 }  // namespace
@@ -30,8 +32,9 @@ Vec2 sample_uniform_disk(const Vec2& u) noexcept {
   if (x == 0.0f && y == 0.0f) return {0.0f, 0.0f};
   const bool x_major = std::abs(x) > std::abs(y);
   const float r = x_major ? x : y;
-  const float phi = x_major ? (kPi / 4.0f) * (y / x) : (kPi / 2.0f) - (kPi / 4.0f) * (x / y);
-  return {r * std::cos(phi), r * std::sin(phi)};
+  const float phi = 0.125f * (x_major ? y / x : x / y);  // turns from the nearer axis
+  const SinCos turn = sincos_turns(phi);
+  return x_major ? Vec2(r * turn.cosine, r * turn.sine) : Vec2(r * turn.sine, r * turn.cosine);
 }
 
 Vec2 invert_uniform_disk(const Vec2& point) noexcept {

@@ -21,3 +21,13 @@ if(PENUMBRA_SANITIZE)
     -fsanitize=${PENUMBRA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(penumbra_options INTERFACE -fsanitize=${PENUMBRA_SANITIZE})
 endif()
+
+# penumbra_hot(<targets>): the libraries of the sampling loop, whose small functions are inlined into each other across
+# files. The rest of the program is left out, because that would only lengthen every link.
+include(CheckIPOSupported)
+check_ipo_supported(RESULT PENUMBRA_IPO LANGUAGES CXX OUTPUT PENUMBRA_IPO_PROBLEM)
+function(penumbra_hot)
+  if(PENUMBRA_IPO AND CMAKE_BUILD_TYPE STREQUAL "Release" AND NOT PENUMBRA_SANITIZE)
+    set_target_properties(${ARGN} PROPERTIES INTERPROCEDURAL_OPTIMIZATION ON)
+  endif()
+endfunction()

@@ -18,16 +18,19 @@ namespace {
 using test::SphereGrid;
 using Real = long double;
 
-// All statistical checks of this file together (fewer than 300) raise a false alarm with probability 1e-4.
+// All statistical checks of this file together (fewer than 300) raise a false alarm with
+// probability 1e-4.
 const double kLevel = test::sidak(1e-4, 300);
 const Vec3 kUp(0.0f, 0.0f, 1.0f);
 
 MaterialDescription conductor(float alpha, float eta = 0.2f, float k = 3.9f) {
-  return {"conductor " + std::to_string(alpha), ConductorMaterial{Rgb(eta), Rgb(k), alpha, Rgb(1.0f)}};
+  return {"conductor " + std::to_string(alpha),
+          ConductorMaterial{Rgb(eta), Rgb(k), alpha, Rgb(1.0f)}};
 }
 MaterialDescription mirror_like(float alpha) { return conductor(alpha, 0.01f, 1e4f); }
 MaterialDescription phong(float diffuse, float specular, float exponent) {
-  return {"phong " + std::to_string(exponent), PhongMaterial{Rgb(diffuse), Rgb(specular), exponent}};
+  return {"phong " + std::to_string(exponent),
+          PhongMaterial{Rgb(diffuse), Rgb(specular), exponent}};
 }
 MaterialDescription mixture(float reflectance, float alpha, float weight) {
   MixtureMaterial m;
@@ -36,15 +39,18 @@ MaterialDescription mixture(float reflectance, float alpha, float weight) {
   m.glossy_weight = weight;
   return {"mixture " + std::to_string(alpha), m};
 }
-MaterialDescription lambertian(float reflectance) { return {"lambert", LambertMaterial{Rgb(reflectance)}}; }
+MaterialDescription lambertian(float reflectance) {
+  return {"lambert", LambertMaterial{Rgb(reflectance)}};
+}
 
 std::vector<MaterialDescription> broad_materials() {
-  return {lambertian(0.7f),        conductor(1.0f),          conductor(0.5f),
-          conductor(0.15f),        phong(0.4f, 0.5f, 20.0f), phong(0.0f, 1.0f, 5.0f),
+  return {lambertian(0.7f),        conductor(1.0f),           conductor(0.5f),
+          conductor(0.15f),        phong(0.4f, 0.5f, 20.0f),  phong(0.0f, 1.0f, 5.0f),
           phong(0.8f, 0.0f, 9.0f), mixture(0.5f, 0.2f, 0.5f), mixture(0.9f, 0.3f, 0.05f)};
 }
 std::vector<MaterialDescription> sharp_materials() {
-  return {conductor(1e-2f), conductor(1e-3f), conductor(1e-4f), phong(0.0f, 1.0f, 1e4f), phong(0.0f, 1.0f, 1e6f)};
+  return {conductor(1e-2f), conductor(1e-3f), conductor(1e-4f), phong(0.0f, 1.0f, 1e4f),
+          phong(0.0f, 1.0f, 1e6f)};
 }
 std::vector<MaterialDescription> all_materials() {
   auto all = broad_materials();
@@ -56,7 +62,8 @@ std::vector<MaterialDescription> all_materials() {
 
 Vec3 at_cosine(float cosine, double azimuth = 0.7) {
   const double r = std::sqrt(1.0 - double{cosine} * double{cosine});
-  return {static_cast<float>(r * std::cos(azimuth)), static_cast<float>(r * std::sin(azimuth)), cosine};
+  return {static_cast<float>(r * std::cos(azimuth)), static_cast<float>(r * std::sin(azimuth)),
+          cosine};
 }
 
 test::DirectionFit fit(const BoundBsdf& bsdf, const SphereGrid& grid, int draws, int sub) {
@@ -69,18 +76,22 @@ test::DirectionFit fit(const BoundBsdf& bsdf, const SphereGrid& grid, int draws,
 class BsdfAtCosine : public testing::TestWithParam<float> {};
 INSTANTIATE_TEST_SUITE_P(Outgoing, BsdfAtCosine, testing::Values(1.0f, 0.5f, 0.1f, 0.01f));
 
-// Draws below the horizon are a bin of their own, whose expectation is 1 minus the integral of the density.
+// Draws below the horizon are a bin of their own, whose expectation is 1 minus the integral of the
+// density.
 TEST_P(BsdfAtCosine, SampleMatchesPdfByChiSquare) {
   constexpr int kDraws = 60000;
   // At grazing angles the lobe is alpha (cos_o + cos_i) wide in azimuth.
-  const int sub = GetParam() < 0.05f ? 96 : 24;
+  const int sub = GetParam() < 0.05f ? 64 : 24;
   for (const MaterialDescription& material : broad_materials()) {
     const Bsdf bsdf(material);
-    const auto result = fit(BoundBsdf(bsdf, at_cosine(GetParam())), SphereGrid::cap(kUp, 1.0, 16, 24), kDraws, sub);
+    const auto result =
+        fit(BoundBsdf(bsdf, at_cosine(GetParam())), SphereGrid::cap(kUp, 1.0, 16, 24), kDraws, sub);
     EXPECT_GT(result.p, kLevel) << material.name << " cos " << GetParam();
     EXPECT_LT(result.integral, 1.0 + 1e-3) << material.name;
-    const double spread = std::sqrt((result.missing + 1.0 / kDraws) * (1.0 - result.missing) / kDraws);
-    EXPECT_NEAR(result.integral, 1.0 - result.missing, 1e-3 + test::z_bound(kLevel) * spread) << material.name;
+    const double spread =
+        std::sqrt((result.missing + 1.0 / kDraws) * (1.0 - result.missing) / kDraws);
+    EXPECT_NEAR(result.integral, 1.0 - result.missing, 1e-3 + test::z_bound(kLevel) * spread)
+        << material.name;
   }
 }
 
@@ -90,7 +101,8 @@ TEST_P(BsdfAtCosine, NearSpecularSampleMatchesPdfByChiSquare) {
     const Bsdf bsdf(material);
     const Vec3 wo = at_cosine(GetParam());
     double width = double{bsdf.min_alpha()};
-    if (const auto* p = std::get_if<PhongMaterial>(&material.model)) width = 1.0 / std::sqrt(double{p->exponent});
+    if (const auto* p = std::get_if<PhongMaterial>(&material.model))
+      width = 1.0 / std::sqrt(double{p->exponent});
     // Rings around the mirror direction in multiples of the lobe's width, up to the whole sphere.
     std::vector<double> edges = {0.0};
     for (double depth = 0.02 * width * width; depth < 2.0; depth *= 1.7) edges.push_back(depth);
@@ -136,10 +148,12 @@ TEST(Bsdf, SampledDirectionsHaveAPositiveFiniteDensity) {
   }
 }
 
-// f(a, b) = f(b, a), with f = f_cos/cos; the tolerance is some float roundings, magnified by a Phong exponent of 20.
+// f(a, b) = f(b, a), with f = f_cos/cos; the tolerance is some float roundings, magnified by a
+// Phong exponent of 20.
 RC_GTEST_PROP(Bsdf, IsReciprocal, (std::uint16_t a, std::uint16_t b, std::uint16_t turn)) {
   const Vec3 wo = at_cosine((static_cast<float>(a) + 0.5f) / 65536.0f, 0.0);
-  const Vec3 wi = at_cosine((static_cast<float>(b) + 0.5f) / 65536.0f, static_cast<double>(turn) * 1e-4);
+  const Vec3 wi =
+      at_cosine((static_cast<float>(b) + 0.5f) / 65536.0f, static_cast<double>(turn) * 1e-4);
   for (const MaterialDescription& material : broad_materials()) {
     const Bsdf bsdf(material);
     const float forward = BoundBsdf(bsdf, wo).evaluate(wi).f_cos.x / wi.z;
@@ -173,7 +187,8 @@ TEST(Bsdf, WhiteFurnaceOfAMirrorLikeConductorGainsNothing) {
       float largest = 0.0f;
       const auto moments = albedo(bsdf, at_cosine(cosine), 3000, &largest);
       EXPECT_LE(largest, 1.0f + 1e-4f) << alpha << " cos " << cosine;
-      EXPECT_GT(moments.mean(), alpha <= 1e-2f && cosine > 0.4f ? 0.99 : 0.0) << alpha << " cos " << cosine;
+      EXPECT_GT(moments.mean(), alpha <= 1e-2f && cosine > 0.4f ? 0.99 : 0.0)
+          << alpha << " cos " << cosine;
     }
   }
 }
@@ -214,7 +229,8 @@ TEST(Bsdf, DegenerateDirectionsGiveZeroOrFiniteValues) {
       for (const Vec3& wi : {wo, mirrored, kUp, at_cosine(1e-6f), Vec3(-1.0f, 0.0f, 1e-25f)}) {
         const BsdfValue value = bound.evaluate(wi);
         EXPECT_TRUE(std::isfinite(value.pdf_w) && value.pdf_w >= 0.0f) << material.name << wo << wi;
-        EXPECT_TRUE(std::isfinite(value.f_cos.x) && value.f_cos.x >= 0.0f) << material.name << wo << wi;
+        EXPECT_TRUE(std::isfinite(value.f_cos.x) && value.f_cos.x >= 0.0f)
+            << material.name << wo << wi;
       }
     }
   }
@@ -226,16 +242,20 @@ TEST(PhongBsdf, KeepsItsDigitsUpToTheLargestExponent) {
   for (const float exponent : {1.0f, 100.0f, 1e4f, 1e6f}) {
     const Bsdf bsdf(phong(0.0f, 1.0f, exponent));
     for (int i = 0; i < 2000; ++i) {
-      const Vec3 wo = at_cosine(static_cast<float>(random.uniform(0.2, 1.0)), random.uniform(0.0, 6.28));
+      const Vec3 wo =
+          at_cosine(static_cast<float>(random.uniform(0.2, 1.0)), random.uniform(0.0, 6.28));
       const BoundBsdf bound(bsdf, wo);
       const auto wi = bound.sample(random.variates());
       if (!wi) continue;
       const Imath::Vec3<Real> r(-wo.x, -wo.y, wo.z);
       const Imath::Vec3<Real> w(*wi);
       const Real cosine = r.dot(w) / std::sqrt(r.dot(r) * w.dot(w));
-      const Real exact = (exponent + 1.0L) / (2.0L * std::numbers::pi_v<Real>) * std::pow(cosine, static_cast<Real>(exponent));
-      // Draws of u next to 0 lie 16 widths out, where the power magnifies a rounding by its logarithm.
-      EXPECT_NEAR(double{bound.evaluate(*wi).pdf_w} / static_cast<double>(exact), 1.0, 1e-4) << exponent << " " << wo;
+      const Real exact = (exponent + 1.0L) / (2.0L * std::numbers::pi_v<Real>)*std::pow(
+                                                 cosine, static_cast<Real>(exponent));
+      // Draws of u next to 0 lie 16 widths out, where the power magnifies a rounding by its
+      // logarithm.
+      EXPECT_NEAR(double{bound.evaluate(*wi).pdf_w} / static_cast<double>(exact), 1.0, 1e-4)
+          << exponent << " " << wo;
     }
   }
 }
@@ -246,7 +266,8 @@ TEST(ConductorBsdf, MatchesTheTextbookFormula) {
   for (const float alpha : {1e-3f, 1e-2f, 0.1f, 0.5f, 1.0f}) {
     const Bsdf bsdf(mirror_like(alpha));
     for (int i = 0; i < 3000; ++i) {
-      const Vec3 wo = at_cosine(static_cast<float>(random.uniform(0.05, 1.0)), random.uniform(0.0, 6.28));
+      const Vec3 wo =
+          at_cosine(static_cast<float>(random.uniform(0.05, 1.0)), random.uniform(0.0, 6.28));
       const BoundBsdf bound(bsdf, wo);
       const auto wi = bound.sample(random.variates());
       if (!wi || wi->z < 1e-3f) continue;
@@ -254,15 +275,22 @@ TEST(ConductorBsdf, MatchesTheTextbookFormula) {
       const Imath::Vec3<Real> in = Imath::Vec3<Real>(*wi).normalized();
       const Imath::Vec3<Real> h = (o + in).normalized();
       const Real a2 = static_cast<Real>(alpha) * static_cast<Real>(alpha);
-      const auto tan2 = [](const Imath::Vec3<Real>& w) { return (w.x * w.x + w.y * w.y) / (w.z * w.z); };
-      const auto lambda = [&](const Imath::Vec3<Real>& w) { return 0.5L * (std::sqrt(1.0L + a2 * tan2(w)) - 1.0L); };
+      const auto tan2 = [](const Imath::Vec3<Real>& w) {
+        return (w.x * w.x + w.y * w.y) / (w.z * w.z);
+      };
+      const auto lambda = [&](const Imath::Vec3<Real>& w) {
+        return 0.5L * (std::sqrt(1.0L + a2 * tan2(w)) - 1.0L);
+      };
       const Real t = 1.0L + tan2(h) / a2;
       const Real d = 1.0L / (std::numbers::pi_v<Real> * a2 * h.z * h.z * h.z * h.z * t * t);
-      const Real f_cos = d / (1.0L + lambda(o) + lambda(in)) / (4.0L * o.z);  // Fresnel is 1 to 1e-9
+      const Real f_cos =
+          d / (1.0L + lambda(o) + lambda(in)) / (4.0L * o.z);  // Fresnel is 1 to 1e-9
       const Real pdf = d / (1.0L + lambda(o)) / (4.0L * o.z);
       const BsdfValue value = bound.evaluate(*wi);
-      // Where wo + wi cancels at grazing angles, roundings of the lengths come back divided by |wo + wi|.
-      ASSERT_NEAR(double{value.f_cos.x} / static_cast<double>(f_cos), 1.0, 2e-3) << alpha << wo << *wi;
+      // Where wo + wi cancels at grazing angles, roundings of the lengths come back divided by |wo
+      // + wi|.
+      ASSERT_NEAR(double{value.f_cos.x} / static_cast<double>(f_cos), 1.0, 2e-3)
+          << alpha << wo << *wi;
       ASSERT_NEAR(double{value.pdf_w} / static_cast<double>(pdf), 1.0, 2e-3) << alpha << wo << *wi;
     }
   }
@@ -277,11 +305,13 @@ TEST(GgxDistribution, MatchesLongDoubleForEveryAlpha) {
       const double phi = random.uniform(0.0, 2.0 * std::numbers::pi);
       const Vec3 h(Vec3d(tangent * std::cos(phi), tangent * std::sin(phi), 1.0).normalized());
       // Walter et al. eq. 33 by the tangent, of the same float vector.
-      const Real x = h.x, y = h.y, z = h.z, a2 = static_cast<Real>(alpha) * static_cast<Real>(alpha);
+      const Real x = h.x, y = h.y, z = h.z,
+                 a2 = static_cast<Real>(alpha) * static_cast<Real>(alpha);
       const Real tan2 = (x * x + y * y) / (z * z);
       const Real cos2 = z * z / (x * x + y * y + z * z);
       const Real exact = a2 / (std::numbers::pi_v<Real> * cos2 * cos2 * (a2 + tan2) * (a2 + tan2));
-      ASSERT_NEAR(double{ggx_distribution(h, alpha)} / static_cast<double>(exact), 1.0, 1e-5) << alpha << " " << h;
+      ASSERT_NEAR(double{ggx_distribution(h, alpha)} / static_cast<double>(exact), 1.0, 1e-5)
+          << alpha << " " << h;
     }
   }
 }
@@ -321,7 +351,8 @@ TEST(ConductorFresnel, MatchesComplexArithmeticInLongDouble) {
       const Complex ct = std::sqrt(1.0L - (1.0L - ci * ci) / (n * n));
       const Real s = std::norm((ci - n * ct) / (ci + n * ct));
       const Real p = std::norm((n * ci - ct) / (n * ci + ct));
-      ASSERT_NEAR(double{value[c]}, static_cast<double>(0.5L * (s + p)), 5e-6)
+      // Without absorption the reflectance has a vertical tangent at the critical angle.
+      ASSERT_NEAR(double{value[c]}, static_cast<double>(0.5L * (s + p)), k[c] > 0.0f ? 3e-6 : 3e-4)
           << "cos " << cosine << " eta " << eta[c] << " k " << k[c];
     }
   }

@@ -79,8 +79,11 @@ TEST(DiscreteDistribution, PmfIsTheShareOfTheWeightAndSumsTo1) {
 }
 
 TEST(DiscreteDistribution, ZeroEntriesAreNeverChosenEvenAtTheBorders) {
-  const std::vector<std::vector<double>> cases = {
-      {0, 0, 1, 0, 2, 0, 0, 3, 0, 0}, {0, 1e-30, 0, 1, 0}, {1, 0}, {0, 1}, {0, 0.1, 0, 0.2, 0, 0.7, 0}};
+  const std::vector<std::vector<double>> cases = {{0, 0, 1, 0, 2, 0, 0, 3, 0, 0},
+                                                  {0, 1e-30, 0, 1, 0},
+                                                  {1, 0},
+                                                  {0, 1},
+                                                  {0, 0.1, 0, 0.2, 0, 0.7, 0}};
   for (const auto& weights : cases) {
     const DiscreteDistribution distribution(weights);
     for (const float u : border_variates(weights)) {
@@ -116,7 +119,8 @@ TEST(DiscreteDistribution, OneDominatingWeightLeavesTheOthersTheirShare) {
   for (const std::uint32_t i : {0u, 1233u, 1235u, 4999u}) {
     EXPECT_NEAR(distribution.pmf(i) * total, 1.0, 1e-7) << i;
   }
-  // Groups of entries that are wider than the grid of the variates get their share of all 2^24 variates.
+  // Groups of entries that are wider than the grid of the variates get their share of all 2^24
+  // variates.
   std::uint32_t before = 0;
   std::uint32_t after = 0;
   constexpr std::uint32_t kAll = 1u << 24;
@@ -141,14 +145,16 @@ TEST(PiecewiseConstant1D, SamplesMatchPdfByChiSquare) {
   std::vector<double> counts(48, 0.0);
   std::vector<double> expected(48);
   for (int i = 0; i < kDraws; ++i) {
-    counts[static_cast<std::size_t>(double{distribution.sample(random.unit_float()).x} * 48.0)] += 1.0;
+    counts[static_cast<std::size_t>(double{distribution.sample(random.unit_float()).x} * 48.0)] +=
+        1.0;
   }
   for (std::size_t i = 0; i < 48; ++i) {
     expected[i] = distribution.pdf((static_cast<float>(i) + 0.5f) / 48.0f) * kDraws / 48.0;
   }
   EXPECT_GT(test::chi_square_p(counts, expected), kLevel);
   EXPECT_NEAR(std::accumulate(expected.begin(), expected.end(), 0.0), kDraws, 1e-6);
-  EXPECT_NEAR(distribution.integral(), std::accumulate(values.begin(), values.end(), 0.0) / 12.0, 1e-12);
+  EXPECT_NEAR(distribution.integral(), std::accumulate(values.begin(), values.end(), 0.0) / 12.0,
+              1e-12);
 }
 
 TEST(PiecewiseConstant1D, PdfAtASampleIsTheSamplesPdfEvenAtTheBorders) {
@@ -162,19 +168,22 @@ TEST(PiecewiseConstant1D, PdfAtASampleIsTheSamplesPdfEvenAtTheBorders) {
       const auto sample = distribution.sample(u);
       ASSERT_TRUE(sample.x >= 0.0f && sample.x < 1.0f);
       ASSERT_GT(values[sample.cell], 0.0);
-      ASSERT_EQ(distribution.pdf(sample.x), sample.pdf) << "n=" << n << " u=" << u << " x=" << sample.x;
+      ASSERT_EQ(distribution.pdf(sample.x), sample.pdf)
+          << "n=" << n << " u=" << u << " x=" << sample.x;
     }
   }
 }
 
-RC_GTEST_PROP(PiecewiseConstant1D, InverseUndoesSample, (std::uint32_t a, std::vector<std::uint8_t> raw)) {
+RC_GTEST_PROP(PiecewiseConstant1D, InverseUndoesSample,
+              (std::uint32_t a, std::vector<std::uint8_t> raw)) {
   std::vector<double> values(raw.begin(), raw.end());
   values.push_back(1.0);
   const PiecewiseConstant1D distribution(values);
   const float u = static_cast<float>(a >> 8) * 0x1p-24f;
   const auto sample = distribution.sample(u);
   // x is rounded to 2^-24 of 1: in u that is as much more as the density is higher.
-  RC_ASSERT(std::abs(double{distribution.invert(sample.x)} - double{u}) < 2e-7 * (1.0 + sample.pdf));
+  RC_ASSERT(std::abs(double{distribution.invert(sample.x)} - double{u}) <
+            2e-7 * (1.0 + sample.pdf));
 }
 
 TEST(PiecewiseConstant2D, SamplesMatchPdfByChiSquare) {
@@ -192,14 +201,16 @@ TEST(PiecewiseConstant2D, SamplesMatchPdfByChiSquare) {
            static_cast<std::size_t>(double{sample.uv.x} * 14.0)] += 1.0;
   }
   for (std::size_t i = 0; i < 140; ++i) {
-    const Vec2 uv((static_cast<float>(i % 14) + 0.5f) / 14.0f, (static_cast<float>(i / 14) + 0.5f) / 10.0f);
+    const Vec2 uv((static_cast<float>(i % 14) + 0.5f) / 14.0f,
+                  (static_cast<float>(i / 14) + 0.5f) / 10.0f);
     expected[i] = distribution.pdf(uv) * kDraws / 140.0;
   }
   EXPECT_GT(test::chi_square_p(counts, expected), kLevel);
   EXPECT_NEAR(std::accumulate(expected.begin(), expected.end(), 0.0) / kDraws, 1.0, 1e-12);
 }
 
-RC_GTEST_PROP(PiecewiseConstant2D, InverseUndoesSample, (std::uint32_t a, std::uint32_t b, std::uint8_t hot)) {
+RC_GTEST_PROP(PiecewiseConstant2D, InverseUndoesSample,
+              (std::uint32_t a, std::uint32_t b, std::uint8_t hot)) {
   std::vector<double> values(6 * 4, 1.0);
   values[hot % 24] = 50.0;
   values[(hot + 7u) % 24] = 0.0;

@@ -17,7 +17,8 @@ namespace {
 
 using test::SphereGrid;
 
-// All statistical checks of this file together (fewer than 200) raise a false alarm with probability 1e-4.
+// All statistical checks of this file together (fewer than 200) raise a false alarm with
+// probability 1e-4.
 const double kLevel = test::sidak(1e-4, 200);
 const Vec3 kOrigin(0.0f);
 const Vec3 kUp(0.0f, 0.0f, 1.0f);
@@ -49,8 +50,10 @@ std::vector<View> rectangle_views() {
                      test::rectangle_light({1, -1, -1}, {0, 0, 3}, {0, 2, 0}, true), sampling});
     views.push_back({"tiny rectangle" + suffix, panel(0.01f, 0.02f, {0.2f, 0.1f, 1.0f}), sampling});
   }
-  views.push_back({"close rectangle by solid_angle", panel(1.0f, 1.0f, {0.0f, 0.0f, 0.01f}), LightSampling::SolidAngle});
-  views.push_back({"huge rectangle by solid_angle", panel(1e3f, 1e3f, {0.0f, 0.0f, 0.1f}), LightSampling::SolidAngle});
+  views.push_back({"close rectangle by solid_angle", panel(1.0f, 1.0f, {0.0f, 0.0f, 0.01f}),
+                   LightSampling::SolidAngle});
+  views.push_back({"huge rectangle by solid_angle", panel(1e3f, 1e3f, {0.0f, 0.0f, 0.1f}),
+                   LightSampling::SolidAngle});
   return views;
 }
 
@@ -74,7 +77,8 @@ std::vector<View> mesh_views() {
 
 std::vector<View> all_views() {
   std::vector<View> views = rectangle_views();
-  for (auto more : {round_views(), mesh_views()}) views.insert(views.end(), more.begin(), more.end());
+  for (auto more : {round_views(), mesh_views()})
+    views.insert(views.end(), more.begin(), more.end());
   return views;
 }
 
@@ -134,7 +138,8 @@ TEST(LightProposal, ChiSquareRejectsTheOtherSamplingsDensity) {  // negative con
   const LightProposal drawn = proposal(by_area);
   const LightProposal claimed = proposal(by_angle);
   const auto result = test::fit_directions(
-      grid_around(by_area.light), [&] { return std::optional(drawn.sample(random.variates())->wi); },
+      grid_around(by_area.light),
+      [&] { return std::optional(drawn.sample(random.variates())->wi); },
       [&](const Vec3& wi) { return double{claimed.pdf_w(wi)}; }, 40000, 16);
   EXPECT_LT(result.p, kLevel);
   EXPECT_LT(fit(by_angle, 0.97).p, kLevel);
@@ -154,8 +159,8 @@ TEST(LightProposal, PdfOfASampledDirectionIsTheSamplesPdf) {
       const float pdf = p.pdf_w(sample->wi);
       disagree += std::abs(pdf - sample->pdf_w) > 1e-4f * sample->pdf_w ? 1 : 0;
     }
-    // Rounding moves directions over the outline, by about 1e-7 of a radian of lights 1e-2 wide or more; and hidden
-    // sides of a mesh have creases where a crossing is lost.
+    // Rounding moves directions over the outline, by about 1e-7 of a radian of lights 1e-2 wide or
+    // more; and hidden sides of a mesh have creases where a crossing is lost.
     EXPECT_LE(disagree, kDraws / 2000) << view.name;
   }
 }
@@ -188,10 +193,12 @@ TEST(RectangleLight, MeanOfInversePdfIsTheSolidAngleDownTo1eMinus6) {
   for (const LightSampling sampling : {LightSampling::Area, LightSampling::SolidAngle}) {
     for (int k = 0; k <= 6; ++k) {
       const auto side = static_cast<float>(std::pow(10.0, -k));
-      const View view{"side 1e-" + std::to_string(k), panel(side, side, {0.3f, 0.2f, 1.0f}), sampling};
+      const View view{"side 1e-" + std::to_string(k), panel(side, side, {0.3f, 0.2f, 1.0f}),
+                      sampling};
       const auto exact = static_cast<double>(test::rectangle_solid_angle(view.light, kOrigin));
       const auto moments = mean_inverse_pdf(proposal(view), 20000);
-      EXPECT_LT(moments.z(exact, 2e-6), test::z_bound(kLevel)) << view.name << " by " << to_string(sampling);
+      EXPECT_LT(moments.z(exact, 2e-6), test::z_bound(kLevel))
+          << view.name << " by " << to_string(sampling);
       // The bound is not slack: 1e-5 wherever the variance does not rule.
       EXPECT_LT(moments.standard_error(), 2e-3 * exact) << view.name;
     }
@@ -200,9 +207,10 @@ TEST(RectangleLight, MeanOfInversePdfIsTheSolidAngleDownTo1eMinus6) {
 
 TEST(RectangleLight, PdfBySolidAngleIsOneOverTheSolidAngleForEveryShape) {
   const std::vector<Light> lights = {
-      panel(1.0f, 1.0f, {0, 0, 1}), panel(1e6f, 1e6f, {0, 0, 1e-3f}), panel(1e3f, 1e-2f, {0, 0, 1}),
-      panel(1e-1f, 1e-1f, {5, 3, 1e-3f}), panel(1.0f, 1.0f, {0.5f, 0.5f, 1e-5f}), tilted_panel(),
-      panel(0.01f, 0.01f, {0, 0, 1}), panel(100.0f, 100.0f, {49.0f, 0, 1e-2f})};
+      panel(1.0f, 1.0f, {0, 0, 1}),           panel(1e6f, 1e6f, {0, 0, 1e-3f}),
+      panel(1e3f, 1e-2f, {0, 0, 1}),          panel(1e-1f, 1e-1f, {5, 3, 1e-3f}),
+      panel(1.0f, 1.0f, {0.5f, 0.5f, 1e-5f}), tilted_panel(),
+      panel(0.01f, 0.01f, {0, 0, 1}),         panel(100.0f, 100.0f, {49.0f, 0, 1e-2f})};
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const LightProposal p = proposal({std::to_string(i), lights[i], LightSampling::SolidAngle});
     const auto exact = static_cast<double>(test::rectangle_solid_angle(lights[i], kOrigin));
@@ -222,7 +230,8 @@ TEST(RectangleLight, HugePanelSendsTheEndsOfTheSquareToItsOppositeEdges) {
 }
 
 TEST(RectangleLight, HugePanelGivesTheRadiosityOfAFullHemisphere) {
-  const LightProposal p = proposal({"huge", panel(1e6f, 1e6f, {0, 0, 1e-3f}), LightSampling::SolidAngle});
+  const LightProposal p =
+      proposal({"huge", panel(1e6f, 1e6f, {0, 0, 1e-3f}), LightSampling::SolidAngle});
   test::TestRandom random;
   test::Moments moments;
   for (int i = 0; i < 100000; ++i) {
@@ -244,7 +253,8 @@ TEST(RectangleLight, MonteCarloIrradianceIsLambertsPolygonFormula) {
     }
     const double exact = test::rectangle_irradiance(view.light, kOrigin, kUp);
     EXPECT_GT(exact, 0.0) << view.name;
-    EXPECT_LT(moments.z(exact, 2e-6), test::z_bound(kLevel)) << view.name << " " << moments.mean() << " " << exact;
+    EXPECT_LT(moments.z(exact, 2e-6), test::z_bound(kLevel))
+        << view.name << " " << moments.mean() << " " << exact;
   }
 }
 
@@ -257,7 +267,8 @@ TEST(RectangleLight, ZTestRejectsAnIrradianceOffByOnePercent) {  // negative con
     const auto sample = p.sample(random.variates());
     moments.add(double{sample->wi.z} / double{sample->pdf_w});
   }
-  EXPECT_GT(moments.z(1.01 * test::rectangle_irradiance(view.light, kOrigin, kUp)), test::z_bound(kLevel));
+  EXPECT_GT(moments.z(1.01 * test::rectangle_irradiance(view.light, kOrigin, kUp)),
+            test::z_bound(kLevel));
 }
 
 TEST(SphereLight, IrradianceIsTheClosedFormAtEveryDistance) {
@@ -283,7 +294,9 @@ TEST(SphereLight, PdfIsOneOverTheSolidAngleOfTheCone) {
     const long double r = ratio;
     const long double depth = r * r / (1.0L + std::sqrt(1.0L - r * r));
     const auto exact = static_cast<double>(2.0L * std::numbers::pi_v<long double> * depth);
-    EXPECT_NEAR(double{p.sample({Vec2(0.5f), 0.5f})->pdf_w} * exact, 1.0, ratio > 0.999f ? 1e-3 : 1e-6) << ratio;
+    EXPECT_NEAR(double{p.sample({Vec2(0.5f), 0.5f})->pdf_w} * exact, 1.0,
+                ratio > 0.999f ? 1e-3 : 1e-6)
+        << ratio;
   }
 }
 
@@ -297,7 +310,8 @@ TEST(MeshLight, IrradianceIsTheSumOfLambertsFormulaOverItsFrontFaces) {
       const Vec3d corners[3] = {Vec3d(view.light.vertices[i]), Vec3d(view.light.vertices[i + 1]),
                                 Vec3d(view.light.vertices[i + 2])};
       const Vec3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-      if (normal.dot(corners[0]) < 0.0) exact += test::polygon_irradiance(corners, Vec3d(0.0), Vec3d(kUp));
+      if (normal.dot(corners[0]) < 0.0)
+        exact += test::polygon_irradiance(corners, Vec3d(0.0), Vec3d(kUp));
     }
     test::Moments moments;
     for (int i = 0; i < 100000; ++i) {
@@ -308,7 +322,8 @@ TEST(MeshLight, IrradianceIsTheSumOfLambertsFormulaOverItsFrontFaces) {
       }
       moments.add(std::max(0.0, double{sample->wi.z}) / double{sample->pdf_w});
     }
-    EXPECT_LT(moments.z(exact, 1e-5), test::z_bound(kLevel)) << view.name << " " << moments.mean() << " " << exact;
+    EXPECT_LT(moments.z(exact, 1e-5), test::z_bound(kLevel))
+        << view.name << " " << moments.mean() << " " << exact;
   }
 }
 
@@ -325,16 +340,27 @@ TEST(LightProposal, LightsThatCanNotContributeAreLeftOut) {
     EXPECT_FALSE(lights_the_origin(flipped, sampling)) << "from behind";
     flipped.two_sided = true;
     EXPECT_TRUE(lights_the_origin(flipped, sampling)) << "two-sided";
-    EXPECT_FALSE(lights_the_origin(test::rectangle_light({1, -1, 0}, {0, 2, 0}, {2, 0, 0}, true), sampling)) << "edge-on";
-    EXPECT_FALSE(lights_the_origin(test::rectangle_light({0, 1, 1}, {0, 0, 2}, {0, 2, 0}, true), sampling)) << "edge-on";
-    EXPECT_FALSE(lights_the_origin(test::rectangle_light({1, -1, -3}, {0, 0, 2.9f}, {0, 2, 0}, true), sampling)) << "below";
-    EXPECT_TRUE(lights_the_origin(test::rectangle_light({1, -1, -3}, {0, 0, 3.1f}, {0, 2, 0}, true), sampling)) << "partly";
+    EXPECT_FALSE(
+        lights_the_origin(test::rectangle_light({1, -1, 0}, {0, 2, 0}, {2, 0, 0}, true), sampling))
+        << "edge-on";
+    EXPECT_FALSE(
+        lights_the_origin(test::rectangle_light({0, 1, 1}, {0, 0, 2}, {0, 2, 0}, true), sampling))
+        << "edge-on";
+    EXPECT_FALSE(lights_the_origin(
+        test::rectangle_light({1, -1, -3}, {0, 0, 2.9f}, {0, 2, 0}, true), sampling))
+        << "below";
+    EXPECT_TRUE(lights_the_origin(test::rectangle_light({1, -1, -3}, {0, 0, 3.1f}, {0, 2, 0}, true),
+                                  sampling))
+        << "partly";
     EXPECT_FALSE(lights_the_origin(test::sphere_light({1, 0, -1.01f}, 1.0f), sampling)) << "below";
     EXPECT_TRUE(lights_the_origin(test::sphere_light({1, 0, -0.99f}, 1.0f), sampling)) << "partly";
     EXPECT_FALSE(lights_the_origin(test::sphere_light({0, 0, 0.5f}, 1.0f), sampling)) << "inside";
-    EXPECT_TRUE(lights_the_origin(test::sphere_light({0, 0, 0.5f}, 1.0f, true), sampling)) << "inside two-sided";
-    EXPECT_FALSE(lights_the_origin(test::mesh_light(test::cube_mesh({3, 0, -1}, 1.9)), sampling)) << "below";
-    EXPECT_TRUE(lights_the_origin(test::mesh_light(test::cube_mesh({3, 0, -1}, 2.1)), sampling)) << "partly";
+    EXPECT_TRUE(lights_the_origin(test::sphere_light({0, 0, 0.5f}, 1.0f, true), sampling))
+        << "inside two-sided";
+    EXPECT_FALSE(lights_the_origin(test::mesh_light(test::cube_mesh({3, 0, -1}, 1.9)), sampling))
+        << "below";
+    EXPECT_TRUE(lights_the_origin(test::mesh_light(test::cube_mesh({3, 0, -1}, 2.1)), sampling))
+        << "partly";
   }
 }
 
@@ -357,7 +383,8 @@ TEST(LightProposal, NearlyEdgeOnAndTouchingLightsStayFinite) {
         }
         if (sampling == LightSampling::SolidAngle) {  // bounded weights: a z test means something
           const double exact = test::rectangle_irradiance(*light, kOrigin, kUp);
-          EXPECT_LT(moments.z(exact, 1e-5), test::z_bound(kLevel)) << gap << " " << moments.mean() << " " << exact;
+          EXPECT_LT(moments.z(exact, 1e-5), test::z_bound(kLevel))
+              << gap << " " << moments.mean() << " " << exact;
         }
       }
     }

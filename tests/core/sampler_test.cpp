@@ -39,8 +39,10 @@ std::size_t bin_of(float u, std::uint32_t bins) {
   return static_cast<std::size_t>(static_cast<double>(u) * bins);
 }
 
-// p-values of one point's three coordinates over keys, and of its three pairs and its triple on a coarse grid.
-std::vector<double> marginal_p(SamplerKind kind, std::uint32_t count, std::uint32_t index, std::uint32_t keys) {
+// p-values of one point's three coordinates over keys, and of its three pairs and its triple on a
+// coarse grid.
+std::vector<double> marginal_p(SamplerKind kind, std::uint32_t count, std::uint32_t index,
+                               std::uint32_t keys) {
   constexpr std::size_t kFine = 64;
   constexpr std::size_t kCoarse = 8;
   std::array<std::vector<double>, 3> single;
@@ -86,7 +88,8 @@ TEST(PointSet, EachPointIsUniformOverKeysWhateverTheCount) {
       const std::uint32_t index = count * 2 / 3;
       const std::vector<double> p = marginal_p(kind, count, index, 20000);
       for (std::size_t i = 0; i < p.size(); ++i) {
-        EXPECT_GT(p[i], kLevel) << to_string(kind) << " n=" << count << " index=" << index << " #" << i;
+        EXPECT_GT(p[i], kLevel) << to_string(kind) << " n=" << count << " index=" << index << " #"
+                                << i;
       }
     }
   }
@@ -97,7 +100,8 @@ TEST(PointSetLong, EveryPointOfEveryCountUpTo33IsUniform) {
   for (std::uint32_t count = 1; count <= 33; ++count) {
     for (std::uint32_t index = 0; index < count; ++index) {
       const std::vector<double> p = marginal_p(SamplerKind::Stratified, count, index, 12000);
-      EXPECT_GT(*std::min_element(p.begin(), p.end()), level) << "n=" << count << " index=" << index;
+      EXPECT_GT(*std::min_element(p.begin(), p.end()), level)
+          << "n=" << count << " index=" << index;
     }
   }
 }
@@ -124,7 +128,8 @@ TEST(PointSet, SameKeyGivesTheSameBits) {
   }
 }
 
-// Points of two keys that differ in one field are independent: a joint histogram of first coordinates is flat.
+// Points of two keys that differ in one field are independent: a joint histogram of first
+// coordinates is flat.
 TEST(PointSet, KeysThatDifferInOneFieldAreUncorrelated) {
   using Change = void (*)(StreamKey&);
   const std::array<Change, 5> changes = {
@@ -183,7 +188,8 @@ TEST(RandomBits, AreUniformAndIndependentOfThePointsOfTheirKey) {
     }
   }
   std::vector<double> low(256, 0.0);
-  for (std::uint32_t pixel = 0; pixel < 100000; ++pixel) low[random_bits(key_of(pixel)) & 255u] += 1.0;
+  for (std::uint32_t pixel = 0; pixel < 100000; ++pixel)
+    low[random_bits(key_of(pixel)) & 255u] += 1.0;
   EXPECT_GT(chi_square_uniform_p(low), kLevel);
 }
 
@@ -203,8 +209,9 @@ std::vector<int> cell_counts(const PointSet& points, std::uint32_t n, std::uint3
   return cells;
 }
 
-// The strata are rounded to the 2^-24 grid, which moves a point over a border by one grid step at most; the counts here
-// are exact where the number of strata divides 2^24, else a point of one in 2^20 may sit on the neighbour's side.
+// The strata are rounded to the 2^-24 grid, which moves a point over a border by one grid step at
+// most; the counts here are exact where the number of strata divides 2^24, else a point of one in
+// 2^20 may sit on the neighbour's side.
 int worst(const std::vector<int>& cells) { return *std::max_element(cells.begin(), cells.end()); }
 
 TEST(Stratified, SquareCountsPutOnePointInEachCell) {
@@ -300,7 +307,8 @@ TEST(Sobol, ThirdDimensionIsStratifiedAndPrefixesAgreeForAnyCount) {
   EXPECT_EQ(worst(slots), 1);
 }
 
-// Boost walks the same sequence in Gray-code order and leaves out the origin; blocks of a power of two agree as sets.
+// Boost walks the same sequence in Gray-code order and leaves out the origin; blocks of a power of
+// two agree as sets.
 TEST(Sobol, FractionsEqualBoostsRawNumbers) {
   constexpr std::uint32_t kCount = 1u << 12;
   boost::random::sobol_engine<std::uint32_t, 32> engine(3);
@@ -344,7 +352,9 @@ TEST(OwenScramble, FlipsOfADigitDependOnTheHigherOnes) {
       const std::uint32_t seed = random.bits();
       const std::uint32_t a = random.bits();
       const std::uint32_t b = random.bits();
-      const auto flip = [&](std::uint32_t x) { return (owen_scramble(x, seed) ^ x) >> (31 - digit) & 1u; };
+      const auto flip = [&](std::uint32_t x) {
+        return (owen_scramble(x, seed) ^ x) >> (31 - digit) & 1u;
+      };
       flips += flip(a) != flip(b) ? 1 : 0;
     }
     EXPECT_GT(flips, kDraws / 8) << "digit " << digit;

@@ -35,8 +35,8 @@ struct DirectionWarp {
 std::vector<DirectionWarp> direction_warps() {
   std::vector<DirectionWarp> warps = {
       {"cosine hemisphere", sample_cosine_hemisphere,
-       [](const Vec3& w) { return double{cosine_hemisphere_pdf_w(w.z)}; },
-       invert_cosine_hemisphere, 1.0},
+       [](const Vec3& w) { return double{cosine_hemisphere_pdf_w(w.z)}; }, invert_cosine_hemisphere,
+       1.0},
       {"uniform hemisphere", sample_uniform_hemisphere,
        [](const Vec3& w) { return double{uniform_hemisphere_pdf_w(w.z)}; },
        invert_uniform_hemisphere, 1.0},
@@ -103,10 +103,12 @@ TEST(DirectionWarps, ExtremeVariatesStayFiniteAndInTheDomain) {
         const Vec3 w = warp.sample({x, y});
         ASSERT_TRUE(std::isfinite(w.x) && std::isfinite(w.y) && std::isfinite(w.z)) << warp.name;
         EXPECT_NEAR(w.length(), 1.0f, 3e-7f) << warp.name << " " << x << " " << y;
-        EXPECT_GE(static_cast<double>(w.z), 1.0 - warp.depth - 1e-7) << warp.name << " " << x << " " << y;
+        EXPECT_GE(static_cast<double>(w.z), 1.0 - warp.depth - 1e-7)
+            << warp.name << " " << x << " " << y;
         const Vec2 u = warp.invert(w);
         EXPECT_TRUE(u.x >= 0.0f && u.x < 1.0f && u.y >= 0.0f && u.y < 1.0f)
-            << warp.name << " u=(" << x << ", " << y << ") inverts to (" << u.x << ", " << u.y << ")";
+            << warp.name << " u=(" << x << ", " << y << ") inverts to (" << u.x << ", " << u.y
+            << ")";
       }
     }
   }
@@ -213,8 +215,8 @@ TEST(OneMinusCos, KeepsItsDigitsForEveryAngle) {
 
 TEST(Frame, IsOrthonormalAndRightHandedEverywhere) {
   test::TestRandom random;
-  std::vector<Vec3> normals = {{0, 0, 1}, {0, 0, -1}, {0, 1, 0}, {-1, 0, 0}, {1e-8f, 0, -1},
-                               {0, 1e-8f, 1}, {0, 1, -0.0f}};
+  std::vector<Vec3> normals = {{0, 0, 1},      {0, 0, -1},    {0, 1, 0},    {-1, 0, 0},
+                               {1e-8f, 0, -1}, {0, 1e-8f, 1}, {0, 1, -0.0f}};
   for (int i = 0; i < 10000; ++i) normals.push_back(random.direction());
   for (const Vec3& n : normals) {
     const Frame frame(n);
@@ -225,7 +227,9 @@ TEST(Frame, IsOrthonormalAndRightHandedEverywhere) {
     ASSERT_NEAR(dot(x, y), 0.0f, 1e-6f) << n;
     ASSERT_NEAR(dot(x, n), 0.0f, 1e-6f) << n;
     ASSERT_LT((cross(x, y) - n).length(), 1e-6f) << n;
-    ASSERT_LT((frame.to_local(frame.to_world({0.6f, 0.0f, 0.8f})) - Vec3(0.6f, 0.0f, 0.8f)).length(), 1e-6f);
+    ASSERT_LT(
+        (frame.to_local(frame.to_world({0.6f, 0.0f, 0.8f})) - Vec3(0.6f, 0.0f, 0.8f)).length(),
+        1e-6f);
   }
 }
 

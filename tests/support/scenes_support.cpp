@@ -79,7 +79,8 @@ Light mesh_light(const TriangleMeshShape& mesh, bool two_sided) {
 TriangleMeshShape cube_mesh(const Vec3d& center, double side) {
   TriangleMeshShape mesh;
   for (int i = 0; i < 8; ++i) {
-    mesh.vertices.push_back(center + Vec3d((i & 1) - 0.5, (i >> 1 & 1) - 0.5, (i >> 2) - 0.5) * side);
+    mesh.vertices.push_back(center +
+                            Vec3d((i & 1) - 0.5, (i >> 1 & 1) - 0.5, (i >> 2) - 0.5) * side);
   }
   mesh.triangles = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
                     {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
@@ -151,8 +152,7 @@ SceneDescription small_scene() {
       shape("floor", RectangleShape{{-4, 0, 4}, {8, 0, 0}, {0, 0, -8}}),
       light("panel", RectangleShape{{-0.5, 3, -0.5}, {1, 0, 0}, {0, 0, 1}}, Rgb(4, 3, 2)),
       light("cube", cube_mesh({2, 0.5, 0}, 0.5), Rgb(1, 2, 1)),
-      light("ball", SphereShape{{0.5, 0.75, 1}, 0.25}, Rgb(2, 2, 2)),
-      shape("wall", wall, 1)};
+      light("ball", SphereShape{{0.5, 0.75, 1}, 0.25}, Rgb(2, 2, 2)), shape("wall", wall, 1)};
   return scene;
 }
 
@@ -197,13 +197,13 @@ long double triangle_solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c)
   const Vec3l p(a);
   const Vec3l q(b);
   const Vec3l r(c);
-  // The triple product through edges: differences of nearby corners are exact, products of far ones are not.
+  // The triple product through edges: differences of nearby corners are exact, products of far ones
+  // are not.
   const long double triple = p.dot((q - p).cross(r - p));
   const long double lp = std::sqrt(p.dot(p));
   const long double lq = std::sqrt(q.dot(q));
   const long double lr = std::sqrt(r.dot(r));
-  const long double scalar =
-      lp * lq * lr + p.dot(q) * lr + q.dot(r) * lp + r.dot(p) * lq;
+  const long double scalar = lp * lq * lr + p.dot(q) * lr + q.dot(r) * lp + r.dot(p) * lq;
   return 2.0L * std::atan2(std::abs(triple), scalar);
 }
 

@@ -39,8 +39,9 @@ ShapeDescription shape(std::string name, Shape geometry, std::uint32_t material 
 ShapeDescription light(std::string name, Shape geometry, const Rgb& radiance,
                        bool two_sided = false);
 
-/// Grey floor y = 0, a rectangle light above it that faces down, a mesh light (cube), a sphere light and a quad mesh as
-/// occluder; the camera looks at the floor. All coordinates are multiples of 1/64.
+/// Grey floor y = 0, a rectangle light above it that faces down, a mesh light (cube), a sphere
+/// light and a quad mesh as occluder; the camera looks at the floor. All coordinates are multiples
+/// of 1/64.
 SceneDescription small_scene();
 
 /// A shading point without a scene: material 0, no light.
@@ -48,9 +49,9 @@ ShadingPoint shading_point_at(const Vec3& position, const Vec3& normal, const Ve
 
 // Exact values.
 
-/// Irradiance at a point from a polygon of radiance 1, clipped to the horizon; positive whichever side faces the point.
-/// Source: Lambert 1760, "Photometria"; the vector form as in Arvo 1995, "Analytic Methods for Simulated Light
-/// Transport".
+/// Irradiance at a point from a polygon of radiance 1, clipped to the horizon; positive whichever
+/// side faces the point. Source: Lambert 1760, "Photometria"; the vector form as in Arvo 1995,
+/// "Analytic Methods for Simulated Light Transport".
 double polygon_irradiance(std::span<const Vec3d> corners, const Vec3d& from, const Vec3d& normal);
 
 /// The same for a rectangle light.

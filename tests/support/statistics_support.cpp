@@ -65,8 +65,8 @@ double chi_square_p(std::span<const double> observed, std::span<const double> ex
   // What is left is less than one bin; on its own it would be too light for the approximation.
   if (pooled_expected > 0.0 && pooled_observed > 5.0 * min_expected) return 0.0;
   if (bins < 2) return 1.0;
-  return boost::math::cdf(boost::math::complement(
-      boost::math::chi_squared(static_cast<double>(bins - 1)), statistic));
+  return boost::math::cdf(
+      boost::math::complement(boost::math::chi_squared(static_cast<double>(bins - 1)), statistic));
 }
 
 double chi_square_uniform_p(std::span<const double> observed) {
@@ -97,8 +97,7 @@ SphereGrid::SphereGrid(const Vec3& axis, std::vector<double> depth_edges, std::s
   y_ = z_.cross(x_);
 }
 
-SphereGrid SphereGrid::cap(const Vec3& axis, double depth, std::size_t rings,
-                           std::size_t sectors) {
+SphereGrid SphereGrid::cap(const Vec3& axis, double depth, std::size_t rings, std::size_t sectors) {
   std::vector<double> edges;
   for (std::size_t i = 0; i <= rings; ++i) {
     edges.push_back(depth * static_cast<double>(i) / static_cast<double>(rings));
@@ -130,8 +129,7 @@ std::vector<double> SphereGrid::integrate(const std::function<double(const Vec3&
       const double r = std::sqrt(depth * (2.0 - depth));
       for (int b = 0; b < sub; ++b) {
         const double phi = sector_angle * (static_cast<double>(i % sectors_) + (b + 0.5) / sub);
-        const Vec3d w =
-            z_ * (1.0 - depth) + x_ * (r * std::cos(phi)) + y_ * (r * std::sin(phi));
+        const Vec3d w = z_ * (1.0 - depth) + x_ * (r * std::cos(phi)) + y_ * (r * std::sin(phi));
         integrals[i] += pdf_w(Vec3(w));
       }
     }

@@ -12,8 +12,9 @@
 #include "scenes/core/sampler.h"
 #include "scenes/core/vec.h"
 
-/// Statistics of the tests: chi-squared and z tests with stated false-alarm levels, seeds of their own per test, and
-/// quadrature over directions. Everything in double and independent of the code under test.
+/// Statistics of the tests: chi-squared and z tests with stated false-alarm levels, seeds of their
+/// own per test, and quadrature over directions. Everything in double and independent of the code
+/// under test.
 namespace penumbra::test {
 
 /// Hash of the running test's full name, so that no two tests share a stream.
@@ -37,15 +38,16 @@ class TestRandom {
   std::mt19937_64 engine_;
 };
 
-/// Level of each of `tests` independent tests such that one or more false alarms have probability `family_level`.
-/// Source: Sidak 1967, "Rectangular confidence regions for the means of multivariate normal distributions".
+/// Level of each of `tests` independent tests such that one or more false alarms have probability
+/// `family_level`. Source: Sidak 1967, "Rectangular confidence regions for the means of
+/// multivariate normal distributions".
 double sidak(double family_level, int tests);
 
 /// Bound on |z| that a standard normal variate exceeds with probability `level`.
 double z_bound(double level);
 
-/// p-value of Pearson's chi-squared test. Bins that expect fewer than `min_expected` are pooled, smallest first. A count
-/// in a bin that expects exactly 0 gives p = 0.
+/// p-value of Pearson's chi-squared test. Bins that expect fewer than `min_expected` are pooled,
+/// smallest first. A count in a bin that expects exactly 0 gives p = 0.
 /// @param observed, expected  [bin] counts, same length and (to quadrature error) the same sum
 double chi_square_p(std::span<const double> observed, std::span<const double> expected,
                     double min_expected = 10.0);
@@ -60,8 +62,8 @@ class Moments {
   double n() const { return n_; }
   double mean() const { return mean_; }
   double standard_error() const;
-  /// |z| of the mean against its exact value. `rounding` is a relative error of the terms that no averaging removes (of
-  /// float arithmetic); it is added to the standard error.
+  /// |z| of the mean against its exact value. `rounding` is a relative error of the terms that no
+  /// averaging removes (of float arithmetic); it is added to the standard error.
   double z(double exact, double rounding = 0.0) const;
 
  private:
@@ -90,10 +92,10 @@ class SphereGrid {
 
 /// How well directions fit a density over a grid.
 struct DirectionFit {
-  double p{0};          ///< of the chi-squared test; draws without a direction are a bin of their own
-  double integral{0};   ///< of the density over the grid
-  double missing{0};    ///< share of draws without a direction
-  double outside{0};    ///< share of draws outside the grid
+  double p{0};  ///< of the chi-squared test; draws without a direction are a bin of their own
+  double integral{0};  ///< of the density over the grid
+  double missing{0};   ///< share of draws without a direction
+  double outside{0};   ///< share of draws outside the grid
 };
 
 DirectionFit fit_directions(const SphereGrid& grid,
