@@ -18,6 +18,7 @@
 #include "harness/atomic_file.h"
 #include "harness/progress.h"
 #include "harness/render.h"
+#include "harness/table_text.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "harness/config.h"
+#include "harness/efficiency.h"
 #include "harness/plan.h"
 #include "harness/reference.h"
-#include "harness/tables.h"
 
 /// Running an experiment: references, plan, blocks of runs with one appended row each, pictures, tables. What the output
 /// folder already holds is not done again.

@@ -8,8 +8,38 @@
 namespace penumbra {
 namespace {
 
-constexpr int kNoComponent = -1;
 constexpr float kOneMinusEpsilon = 1.0f - 0x1p-24f;
+
+// Lanes [at, at + count) of `world` in the frame, and back.
+void to_local(const Frame& frame, const VectorBlock& world, std::size_t at, std::size_t count,
+              VectorBlock& __restrict local) noexcept {
+  const Frame f = frame;
+  for (std::size_t i = at; i < at + whole_groups(count); ++i) {
+    const Vec3 w = f.to_local(world[i]);
+    local.x[i] = w.x;
+    local.y[i] = w.y;
+    local.z[i] = w.z;
+  }
+}
+
+void to_world(const Frame& frame, const VectorBlock& local, std::size_t at, std::size_t count,
+              VectorBlock& __restrict world) noexcept {
+  const Frame f = frame;
+  for (std::size_t i = at; i < at + whole_groups(count); ++i) {
+    const Vec3 w = f.to_world(local[i]);
+    world.x[i] = w.x;
+    world.y[i] = w.y;
+    world.z[i] = w.z;
+  }
+}
+
+// A direction's own density is the one it was drawn with, which need not round like the one evaluated.
+void take_own_pdf(const Block<int>& component, int own, const Block<float>& own_pdf,
+                  std::size_t count, Block<float>& __restrict pdf) noexcept {
+  for (std::size_t i = 0; i < whole_groups(count); ++i) {
+    pdf[i] = component[i] == own ? own_pdf[i] : pdf[i];
+  }
+}
 
 }  // namespace
 
@@ -26,6 +56,7 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
       lights_as_one_(lights_as_one),
       max_components_(scene.lights().size() + 2),
       bsdf_(scene.bsdf(0), Vec3(0.0f, 0.0f, 1.0f)),
+      light_pdfs_(scene.lights().size() + 1),
       wi_(max_samples),
       f_(max_samples),
       component_(max_samples),
@@ -64,120 +95,156 @@ void Mixture::restrict_to_light(int i) noexcept {
 void Mixture::draw(SamplerKind sampler, StreamKey key, std::span<const int> counts) noexcept {
   const std::size_t first = size_;
   rays_.clear();
-  const int lights = light_components();
-  for (int k = 0; k < lights; ++k) {
+  for (int k = 0; k < components(); ++k) {
     const int count = counts[static_cast<std::size_t>(k)];
-    if (count == 0) continue;
-    if (lights_as_one_) {
-      draw_all_lights(sampler, key, count);
-    } else {
-      draw_light(sampler, key, k, count);
-    }
+    if (count > 0) draw_component(sampler, stream(key, k), k, count);
   }
-  if (const int count = counts[static_cast<std::size_t>(lights)]; count > 0) {
-    draw_bsdf(sampler, key, count);
-  }
-  if (const int count = counts[static_cast<std::size_t>(lights) + 1]; count > 0) {
-    draw_cone(sampler, key, count);
-  }
+  keep_block();
   trace(first);
 }
 
 // Streams: a light's scene index; then all lights as one or the BSDF for all lights; the cone; the BSDF of each
 // light's pair. Lights that are left out at a point do not shift the numbers of the others.
-void Mixture::draw_light(SamplerKind sampler, StreamKey key, int component, int count) noexcept {
-  key.component = active_ids_[static_cast<std::size_t>(first_light_ + component)];
-  const PointSet points(sampler, key, static_cast<std::uint32_t>(count));
-  const LightProposal& light = proposal(component);
-  for (std::uint32_t j = 0; j < static_cast<std::uint32_t>(count); ++j) {
-    if (const std::optional<LightSample> s = light.sample(points(j))) {
-      keep(s->wi, frame_.to_local(s->wi), component, s->pdf_w);
-    }
+StreamKey Mixture::stream(StreamKey key, int component) const noexcept {
+  const auto lights = static_cast<std::uint32_t>(scene_->lights().size());
+  const std::uint32_t* active_id = active_ids_.data() + first_light_;
+  if (component == cone_component()) {
+    key.component = lights + 1;
+  } else if (component == bsdf_component()) {
+    key.component = restricted_ ? lights + 3 + *active_id : lights;
+  } else {
+    key.component = lights_as_one_ ? lights + 2 : active_id[component];
   }
-  counters_.samples += static_cast<std::uint64_t>(count);
+  return key;
 }
 
-void Mixture::draw_all_lights(SamplerKind sampler, StreamKey key, int count) noexcept {
-  key.component = static_cast<std::uint32_t>(scene_->lights().size()) + 2;
-  const PointSet points(sampler, key, static_cast<std::uint32_t>(count));
+void Mixture::draw_component(SamplerKind sampler, const StreamKey& key, int component,
+                             int count) noexcept {
+  counters_.samples += static_cast<std::uint64_t>(count);
+  const auto total = static_cast<std::uint32_t>(count);
+  const PointSet points(sampler, key, total);
+  const bool is_light = component < light_components();
+  const bool with_choice =
+      is_light ? lights_as_one_ || proposal(component).uses_choice() : bsdf_.uses_choice();
+  for (std::uint32_t done = 0; done < total;) {
+    if (drawn_.count == kBlock) keep_block();
+    const std::uint32_t n =
+        std::min(total - done, static_cast<std::uint32_t>(kBlock - drawn_.count));
+    points.fill(done, n, with_choice, drawn_.variates);
+    std::fill_n(drawn_.component.begin() + static_cast<std::ptrdiff_t>(drawn_.count), n, component);
+    if (component == cone_component()) {
+      draw_cone(n);
+    } else if (component == bsdf_component()) {
+      draw_bsdf(n);
+    } else if (lights_as_one_) {
+      draw_any_light(n);
+    } else {
+      draw_light(proposal(component), n);
+    }
+    drawn_.count += n;
+    done += n;
+  }
+}
+
+// The functions draw_... put directions in world and local coordinates, and their own densities except the BSDF's, into
+// the lanes behind the last.
+void Mixture::draw_light(const LightProposal& light, std::size_t count) noexcept {
+  light.sample(drawn_.variates, count, drawn_.count, drawn_.wi, drawn_.own_pdf);
+  to_local(frame_, drawn_.wi, drawn_.count, count, drawn_.wi_local);
+}
+
+void Mixture::draw_any_light(std::size_t count) noexcept {
   const auto n = static_cast<float>(active_.size());
-  for (std::uint32_t j = 0; j < static_cast<std::uint32_t>(count); ++j) {
-    Variates v = points(j);
+  for (std::size_t i = 0; i < count; ++i) {
+    Variates v = drawn_.variates[i];
     const float scaled = v.choice * n;
     const auto light = std::min(static_cast<std::size_t>(scaled), active_.size() - 1);
     v.choice = std::min(scaled - static_cast<float>(light), kOneMinusEpsilon);
-    if (const std::optional<LightSample> s = active_[light].sample(v)) {
-      float pdf = s->pdf_w;
-      for (std::size_t other = 0; other < active_.size(); ++other) {
-        if (other != light) pdf += active_[other].pdf_w(s->wi);
-      }
-      keep(s->wi, frame_.to_local(s->wi), 0, pdf / n);
+    const LightSample s = active_[light].sample(v).value_or(LightSample{});
+    float pdf = s.pdf_w;
+    for (std::size_t other = 0; other < active_.size(); ++other) {
+      if (other != light) pdf += active_[other].pdf_w(s.wi);
     }
+    drawn_.wi.set(drawn_.count + i, s.wi);
+    drawn_.own_pdf[drawn_.count + i] = pdf / n;
   }
-  counters_.samples += static_cast<std::uint64_t>(count);
+  to_local(frame_, drawn_.wi, drawn_.count, count, drawn_.wi_local);
 }
 
-void Mixture::draw_bsdf(SamplerKind sampler, StreamKey key, int count) noexcept {
-  const auto lights = static_cast<std::uint32_t>(scene_->lights().size());
-  key.component =
-      restricted_ ? lights + 3 + active_ids_[static_cast<std::size_t>(first_light_)] : lights;
-  const PointSet points(sampler, key, static_cast<std::uint32_t>(count));
-  for (std::uint32_t j = 0; j < static_cast<std::uint32_t>(count); ++j) {
-    if (const std::optional<Vec3> local = bsdf_.sample(points(j))) {
-      keep(frame_.to_world(*local), *local, bsdf_component(), 0.0f);
-    }
-  }
-  counters_.samples += static_cast<std::uint64_t>(count);
+void Mixture::draw_bsdf(std::size_t count) noexcept {
+  bsdf_.sample(drawn_.variates, count, drawn_.count, drawn_.wi_local);
+  to_world(frame_, drawn_.wi_local, drawn_.count, count, drawn_.wi);
 }
 
-void Mixture::draw_cone(SamplerKind sampler, StreamKey key, int count) noexcept {
-  key.component = static_cast<std::uint32_t>(scene_->lights().size()) + 1;
-  const PointSet points(sampler, key, static_cast<std::uint32_t>(count));
+void Mixture::draw_cone(std::size_t count) noexcept {
   const Frame about_axis(cone_.axis);
   const float pdf = uniform_cone_pdf_w(cone_.one_minus_cos);
-  for (std::uint32_t j = 0; j < static_cast<std::uint32_t>(count); ++j) {
-    const Vec3 wi =
-        about_axis.to_world(sample_uniform_cone(points(j).u, cone_.one_minus_cos)).normalized();
-    keep(wi, frame_.to_local(wi), cone_component(), pdf);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 local = sample_uniform_cone(drawn_.variates[i].u, cone_.one_minus_cos);
+    drawn_.wi.set(drawn_.count + i, about_axis.to_world(local).normalized());
+    drawn_.own_pdf[drawn_.count + i] = pdf;
   }
-  counters_.samples += static_cast<std::uint64_t>(count);
+  to_local(frame_, drawn_.wi, drawn_.count, count, drawn_.wi_local);
 }
 
-bool Mixture::fill_light_pdfs(const Vec3& wi, int own, float own_pdf, float* pdfs) const noexcept {
-  if (lights_as_one_) {
-    float sum = 0.0f;
-    if (own == 0) {
-      pdfs[0] = own_pdf;
-      return true;
-    }
-    for (const LightProposal& light : active_) sum += light.pdf_w(wi);
-    pdfs[0] = sum / static_cast<float>(active_.size());
-    return sum > 0.0f;
-  }
-  bool meets_light = false;
-  const int lights = light_components();
+// Densities of all light components, and in any_light_pdf a number that is positive where one of them is.
+void Mixture::fill_light_pdfs() noexcept {
+  const std::size_t count = drawn_.count;
+  const std::size_t lanes = whole_groups(count);
+  const int lights = last_light_ - first_light_;
+  Block<float>& sum = drawn_.any_light_pdf;
   for (int k = 0; k < lights; ++k) {
-    pdfs[k] = k == own ? own_pdf : proposal(k).pdf_w(wi);
-    meets_light = meets_light || pdfs[k] > 0.0f;
+    Block<float>& pdf = light_pdfs_[static_cast<std::size_t>(k)];
+    proposal(k).pdf_w(drawn_.wi, count, pdf);
+    if (!lights_as_one_) take_own_pdf(drawn_.component, k, drawn_.own_pdf, count, pdf);
+    for (std::size_t i = 0; i < lanes; ++i) sum[i] = (k == 0 ? 0.0f : sum[i]) + pdf[i];
   }
-  return meets_light;
+  if (!lights_as_one_) return;
+  const auto n = static_cast<float>(lights);
+  for (std::size_t i = 0; i < lanes; ++i) light_pdfs_[0][i] = sum[i] / n;
+  take_own_pdf(drawn_.component, 0, drawn_.own_pdf, count, light_pdfs_[0]);
+  sum = light_pdfs_[0];
 }
 
-void Mixture::keep(const Vec3& wi, const Vec3& wi_local, int component, float own_pdf) noexcept {
-  if (!(wi_local.z > 0.0f) || !(dot(wi, point_.geometric_normal) > 0.0f)) return;
-  float* pdfs = &pdfs_[size_ * max_components_];
-  const int own_light = component < light_components() ? component : kNoComponent;
-  // A direction that meets no light's surface brings no light, whatever else is in the scene.
-  if (!fill_light_pdfs(wi, own_light, own_pdf, pdfs)) return;
-  const BsdfValue bsdf = bsdf_.evaluate(wi_local);
-  if (is_black(bsdf.f_cos)) return;
-  pdfs[bsdf_component()] = bsdf.pdf_w;
-  pdfs[cone_component()] = component == cone_component() ? own_pdf : cone_.pdf_w(wi);
-  wi_[size_] = wi;
-  f_[size_] = bsdf.f_cos;
-  component_[size_] = component;
-  rays_.add(point_.position, wi);
-  ++size_;
+// Lanes above the horizon that meet a light's surface: no other direction brings light, whatever else is in the scene.
+std::size_t Mixture::list_survivors() noexcept {
+  const Vec3 normal = point_.geometric_normal;
+  std::size_t survivors = 0;
+  for (std::size_t i = 0; i < drawn_.count; ++i) {
+    const bool alive = (drawn_.wi_local.z[i] > 0.0f) & (dot(drawn_.wi[i], normal) > 0.0f) &
+                       (drawn_.any_light_pdf[i] > 0.0f);
+    drawn_.survivors[survivors] = static_cast<std::uint32_t>(i);
+    survivors += alive ? 1u : 0u;
+  }
+  return survivors;
+}
+
+// Turns the directions at hand into samples and rays.
+void Mixture::keep_block() noexcept {
+  fill_light_pdfs();
+  const std::size_t survivors = list_survivors();
+  drawn_.count = 0;
+  for (std::size_t i = 0; i < survivors; ++i) {
+    drawn_.survivor_local.set(i, drawn_.wi_local[drawn_.survivors[i]]);
+  }
+  bsdf_.evaluate(drawn_.survivor_local, survivors, drawn_.f_cos, drawn_.bsdf_pdf);
+  const auto lights = static_cast<std::size_t>(light_components());
+  for (std::size_t i = 0; i < survivors; ++i) {
+    const Rgb f_cos(drawn_.f_cos[i]);
+    if (is_black(f_cos)) continue;
+    const std::size_t lane = drawn_.survivors[i];
+    const Vec3 wi = drawn_.wi[lane];
+    float* pdfs = &pdfs_[size_ * max_components_];
+    for (std::size_t k = 0; k < lights; ++k) pdfs[k] = light_pdfs_[k][lane];
+    pdfs[lights] = drawn_.bsdf_pdf[i];
+    component_[size_] = drawn_.component[lane];
+    pdfs[lights + 1] =
+        component_[size_] == cone_component() ? drawn_.own_pdf[lane] : cone_.pdf_w(wi);
+    wi_[size_] = wi;
+    f_[size_] = f_cos;
+    rays_.add(point_.position, wi);
+    ++size_;
+  }
 }
 
 void Mixture::trace(std::size_t first) noexcept {

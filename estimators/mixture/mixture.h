@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "estimators/estimator.h"
+#include "scenes/core/block.h"
 
 /// The multi-sample mixture that `mis` and `pmc_hi` share: one component per light (or one for all lights), one for the
 /// BSDF, and an optional cone. It draws directions, evaluates every component's density for each, and traces them as
@@ -81,12 +82,15 @@ class Mixture {
   EstimateCounters& counters() noexcept { return counters_; }
 
  private:
-  void draw_light(SamplerKind sampler, StreamKey key, int component, int count) noexcept;
-  void draw_all_lights(SamplerKind sampler, StreamKey key, int count) noexcept;
-  void draw_bsdf(SamplerKind sampler, StreamKey key, int count) noexcept;
-  void draw_cone(SamplerKind sampler, StreamKey key, int count) noexcept;
-  bool fill_light_pdfs(const Vec3& wi, int own, float own_pdf, float* pdfs) const noexcept;
-  void keep(const Vec3& wi, const Vec3& wi_local, int component, float own_pdf) noexcept;
+  StreamKey stream(StreamKey key, int component) const noexcept;
+  void draw_component(SamplerKind sampler, const StreamKey& key, int component, int count) noexcept;
+  void draw_light(const LightProposal& light, std::size_t count) noexcept;
+  void draw_any_light(std::size_t count) noexcept;
+  void draw_bsdf(std::size_t count) noexcept;
+  void draw_cone(std::size_t count) noexcept;
+  void fill_light_pdfs() noexcept;
+  std::size_t list_survivors() noexcept;
+  void keep_block() noexcept;
   void trace(std::size_t first) noexcept;
   const LightProposal& proposal(int component) const noexcept {
     return active_[static_cast<std::size_t>(first_light_ + component)];
@@ -106,6 +110,20 @@ class Mixture {
   int first_light_{0}, last_light_{0};
   bool restricted_{false};
   Cone cone_;
+
+  // The directions at hand, lane by lane: drawn, then thinned out to those that can contribute.
+  struct Drawn {
+    std::size_t count{0};
+    VariateBlock variates;
+    VectorBlock wi, wi_local;
+    Block<float> own_pdf{}, any_light_pdf{};
+    Block<int> component{};
+    Block<std::uint32_t> survivors{};
+    VectorBlock survivor_local, f_cos;
+    Block<float> bsdf_pdf{};
+  };
+  Drawn drawn_;
+  std::vector<Block<float>> light_pdfs_;  // [light component][lane]
 
   // The samples, structure of arrays.
   std::size_t size_{0};

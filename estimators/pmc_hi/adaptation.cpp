@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scenes/core/error.h"
+
 namespace penumbra::pmc_hi {
 namespace {
 
@@ -102,8 +104,15 @@ void raise_to_minimum(std::span<int> counts, int minimum) noexcept {
   const std::size_t cone = counts.size() - 1;
   for (std::size_t k = 0; k < cone; ++k) {
     while (counts[k] < minimum) {
-      const auto largest = std::max_element(counts.begin(), counts.end());
-      --*largest;
+      // The largest of those that stay at their own minimum; the cone's is 0.
+      std::size_t giver = counts.size();
+      for (std::size_t j = 0; j < counts.size(); ++j) {
+        const bool can_give = counts[j] > (j == cone ? 0 : minimum);
+        if (can_give && (giver == counts.size() || counts[j] > counts[giver])) giver = j;
+      }
+      PN_ASSERT(giver < counts.size());
+      if (giver == counts.size()) return;  // check_budget refuses such totals
+      --counts[giver];
       ++counts[k];
     }
   }

@@ -34,7 +34,9 @@ enum class BetaRule : std::uint8_t {
 void round_counts(Rounding rounding, std::span<const double> alpha, int total, StreamKey key,
                   std::span<int> counts) noexcept;
 
-/// Raises every component but the last (the cone) to `minimum`, taking from the largest count each time. The sum stays.
+/// Raises every component but the last (the cone) to `minimum`, taking each time from the largest count that does not
+/// fall below its own minimum (0 for the cone). The sum stays.
+/// @param counts  with a sum of at least minimum x (length - 1)
 void raise_to_minimum(std::span<int> counts, int minimum) noexcept;
 
 struct ConeRules {

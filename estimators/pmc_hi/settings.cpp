@@ -146,6 +146,16 @@ void check_budget(const Settings& s, const Budget& budget, std::size_t lights) {
                      std::to_string(components) + " components leaves less than nothing to adapt, " +
                      "at most " + std::to_string(1.0 / components) + " is allowed");
   }
+  // Random numbers are keyed by the iteration in 12 bits.
+  constexpr std::size_t kMaxIterations = 4095;
+  const std::size_t smallest = s.population > 0 ? static_cast<std::size_t>(s.population) : 4;
+  const std::size_t most = static_cast<std::size_t>(budget.srl_adaptive) * lights / smallest;
+  if (s.adapt && !s.single_stage && most > kMaxIterations) {
+    throw InputError("pmc_hi: a population of " + std::to_string(smallest) + " makes " +
+                     std::to_string(most) + " iterations of " +
+                     std::to_string(budget.srl_adaptive) + " adaptive rays per light, at most " +
+                     std::to_string(kMaxIterations) + " are allowed");
+  }
   if (s.n_min == 0 || lights == 0) return;
   // The tightest point has one light that can contribute: SRL samples for two components. Where more lights can, the
   // samples grow faster than the components.

@@ -8,6 +8,7 @@
 #include "harness/experiment.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
+#include "harness/table_text.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {

@@ -21,41 +21,40 @@ float glossy_share(const Rgb& glossy, const Rgb& diffuse) {
   return total > 0.0f ? std::clamp(mean(glossy) / total, 0.05f, 0.95f) : 0.5f;
 }
 
-}  // namespace
-
-Rgb conductor_fresnel(float cos_theta, const Rgb& eta, const Rgb& k) noexcept {
+// One channel of conductor_fresnel.
+inline float fresnel_channel(float cos_theta, float eta, float k) noexcept {
   const float cos2 = cos_theta * cos_theta;
   const float sin2 = std::max(0.0f, 1.0f - cos2);
-  // Four lanes, the last a copy, so that the loop becomes vector instructions.
-  const float etas[4] = {eta.x, eta.y, eta.z, eta.z};
-  const float ks[4] = {k.x, k.y, k.z, k.z};
-  float result[4];
-  for (int c = 0; c < 4; ++c) {
-    const float eta2 = etas[c] * etas[c];
-    const float k2 = ks[c] * ks[c];
-    const float t0 = eta2 - k2 - sin2;
-    const float product = 4.0f * eta2 * k2;
-    const float a2_plus_b2 = std::sqrt(t0 * t0 + product);
-    // (a2_plus_b2 + t0)/2, in the form that does not cancel: (a2_plus_b2 + t0)(a2_plus_b2 - t0) = 4 eta^2 k^2.
-    const float larger = a2_plus_b2 + std::abs(t0);
-    const float a2 = t0 > 0.0f ? 0.5f * larger : 0.5f * product / std::max(larger, 1e-30f);
-    const float t1 = a2_plus_b2 + cos2;
-    const float t2 = 2.0f * std::sqrt(a2) * cos_theta;
-    const float t3 = cos2 * a2_plus_b2 + sin2 * sin2;
-    const float t4 = t2 * sin2;
-    // Half of r_s (1 + r_p/r_s), with one division for both quotients.
-    const float s_sum = t1 + t2;
-    const float p_sum = t3 + t4;
-    result[c] = (t1 - t2) * t3 / (s_sum * p_sum);
-  }
-  return {result[0], result[1], result[2]};
+  const float eta2 = eta * eta;
+  const float k2 = k * k;
+  const float t0 = eta2 - k2 - sin2;
+  const float product = 4.0f * eta2 * k2;
+  const float a2_plus_b2 = std::sqrt(t0 * t0 + product);
+  // (a2_plus_b2 + t0)/2, in the form that does not cancel: (a2_plus_b2 + t0)(a2_plus_b2 - t0) = 4 eta^2 k^2.
+  const float larger = a2_plus_b2 + std::abs(t0);
+  const float small_a2 = 0.5f * product / std::max(larger, 1e-30f);
+  const float a2 = t0 > 0.0f ? 0.5f * larger : small_a2;
+  const float t1 = a2_plus_b2 + cos2;
+  const float t2 = 2.0f * std::sqrt(a2) * cos_theta;
+  const float t3 = cos2 * a2_plus_b2 + sin2 * sin2;
+  const float t4 = t2 * sin2;
+  // Half of r_s (1 + r_p/r_s), with one division for both quotients.
+  return (t1 - t2) * t3 / ((t1 + t2) * (t3 + t4));
 }
 
-float ggx_distribution(const Vec3& h, float alpha) noexcept {
-  const float alpha2 = alpha * alpha;
+inline float ggx(const Vec3& h, float alpha2) noexcept {
   const float t = h.x * h.x + h.y * h.y + alpha2 * h.z * h.z;
   return alpha2 / (kPi * t * t);
 }
+
+}  // namespace
+
+Rgb conductor_fresnel(float cos_theta, const Rgb& eta, const Rgb& k) noexcept {
+  return {fresnel_channel(cos_theta, eta.x, k.x), fresnel_channel(cos_theta, eta.y, k.y),
+          fresnel_channel(cos_theta, eta.z, k.z)};
+}
+
+float ggx_distribution(const Vec3& h, float alpha) noexcept { return ggx(h, alpha * alpha); }
 
 Bsdf::Bsdf(const MaterialDescription& material) {
   if (const auto* lambert = std::get_if<LambertMaterial>(&material.model)) {
@@ -100,36 +99,101 @@ BoundBsdf::BoundBsdf(const Bsdf& bsdf, const Vec3& wo_local) noexcept : bsdf_(&b
   }
 }
 
-BsdfValue BoundBsdf::evaluate(const Vec3& wi) const noexcept {
-  if (!(wi.z > 0.0f)) return {};
-  switch (bsdf_->type_) {
-    case BsdfType::Lambert: return {bsdf_->diffuse_ * (wi.z * kInvPi), wi.z * kInvPi};
-    case BsdfType::Conductor: return evaluate_glossy(wi);
-    case BsdfType::Phong: return evaluate_phong(wi);
-    case BsdfType::Mixture: break;
+// The glossy lobe at the point, by value: loops over lanes keep it in registers.
+struct BoundBsdf::Glossy {
+  Vec3 wo, stretched;
+  float alpha, alpha2, lambda_o;
+
+  struct Value {
+    float f_cos;    // without Fresnel and tint
+    float pdf_w;
+    float cosine;   // between wo and the microfacet's normal
+  };
+
+  Value evaluate(const Vec3& wi) const noexcept {
+    const Vec3 sum = wo + wi;
+    const Vec3 h = sum * (1.0f / std::sqrt(dot(sum, sum)));
+    const float lambda_i = std::sqrt(alpha2 + (1.0f - alpha2) * wi.z * wi.z);
+    const float d = ggx(h, alpha2);
+    // Height-correlated Smith masking-shadowing over 4 cos_o cos_i, times cos_i; nothing is divided by a cosine.
+    // Source: Heitz 2014, "Understanding the masking-shadowing function", eq. 99.
+    const float visibility_cos = 0.5f * wi.z / (wi.z * lambda_o + wo.z * lambda_i);
+    // Visible normals: D G1(wo)/(4 cos_o), with cos_o cancelled.
+    return {d * visibility_cos, d / (2.0f * (wo.z + lambda_o)), std::min(dot(wo, h), 1.0f)};
   }
-  BsdfValue value = evaluate_glossy(wi);
-  const float p = bsdf_->glossy_probability_;
-  value.f_cos += bsdf_->diffuse_ * (wi.z * kInvPi);
-  value.pdf_w = p * value.pdf_w + (1.0f - p) * (wi.z * kInvPi);
-  return value;
+
+  // Source: Dupuy and Benyoub 2023, "Sampling visible GGX normals with spherical caps".
+  Vec3 sample(float u, float v) const noexcept {
+    const float depth = v * (1.0f + stretched.z);  // 1 - z, for z uniform over (-stretched.z, 1]
+    const float sin_theta = std::sqrt(std::max(0.0f, depth * (2.0f - depth)));
+    const SinCos phi = sincos_turns(u);
+    const Vec3 cap(sin_theta * phi.cosine, sin_theta * phi.sine, 1.0f - depth);
+    const Vec3 h_std = cap + stretched;
+    const Vec3 h(alpha * h_std.x, alpha * h_std.y, std::max(h_std.z, 0.0f));
+    // 2 (wo.n) n - wo for the normal n along h; a null h gives no number, which is not above the horizon.
+    return h * (2.0f * dot(wo, h) / dot(h, h)) - wo;
+  }
+};
+
+BoundBsdf::Glossy BoundBsdf::glossy() const noexcept {
+  return {wo_, stretched_, bsdf_->alpha_, bsdf_->alpha_ * bsdf_->alpha_, lambda_o_};
 }
 
-BsdfValue BoundBsdf::evaluate_glossy(const Vec3& wi) const noexcept {
-  const Vec3 sum = wo_ + wi;
-  const float length2 = dot(sum, sum);
-  if (!(length2 > 0.0f)) return {};
-  const Vec3 h = sum / std::sqrt(length2);
-  const float alpha2 = bsdf_->alpha_ * bsdf_->alpha_;
-  const float lambda_i = std::sqrt(alpha2 + (1.0f - alpha2) * wi.z * wi.z);
-  const float d = ggx_distribution(h, bsdf_->alpha_);
-  // Height-correlated Smith masking-shadowing over 4 cos_o cos_i, times cos_i; nothing is divided by a cosine.
-  // Source: Heitz 2014, "Understanding the masking-shadowing function", eq. 99.
-  const float visibility_cos = 0.5f * wi.z / (wi.z * lambda_o_ + wo_.z * lambda_i);
-  const Rgb fresnel =
-      conductor_fresnel(std::min(dot(wo_, h), 1.0f), bsdf_->eta_, bsdf_->k_);
-  // Visible normals: D G1(wo)/(4 cos_o), with cos_o cancelled.
-  return {bsdf_->specular_ * fresnel * (d * visibility_cos), d / (2.0f * (wo_.z + lambda_o_))};
+BsdfValue BoundBsdf::evaluate(const Vec3& wi) const noexcept {
+  if (!(wi.z > 0.0f)) return {};
+  const float cosine_pdf = wi.z * kInvPi;
+  if (bsdf_->type_ == BsdfType::Lambert) return {bsdf_->diffuse_ * cosine_pdf, cosine_pdf};
+  if (bsdf_->type_ == BsdfType::Phong) return evaluate_phong(wi);
+  const Glossy::Value lobe = glossy().evaluate(wi);
+  const Rgb fresnel = conductor_fresnel(lobe.cosine, bsdf_->eta_, bsdf_->k_);
+  const float p = bsdf_->glossy_probability_;
+  return {bsdf_->specular_ * fresnel * lobe.f_cos + bsdf_->diffuse_ * cosine_pdf,
+          p * lobe.pdf_w + (1.0f - p) * cosine_pdf};
+}
+
+void BoundBsdf::evaluate(const VectorBlock& wi, std::size_t count, VectorBlock& __restrict f_cos,
+                         Block<float>& __restrict pdf) const noexcept {
+  if (bsdf_->type_ == BsdfType::Phong) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const BsdfValue value = evaluate_phong(wi[i]);
+      f_cos.set(i, value.f_cos);
+      pdf[i] = value.pdf_w;
+    }
+    return;
+  }
+  const std::size_t lanes = whole_groups(count);
+  const Rgb diffuse = bsdf_->diffuse_;
+  if (bsdf_->type_ == BsdfType::Lambert) {
+    for (std::size_t i = 0; i < lanes; ++i) {
+      const float cosine_pdf = wi.z[i] * kInvPi;
+      f_cos.x[i] = diffuse.x * cosine_pdf;
+      f_cos.y[i] = diffuse.y * cosine_pdf;
+      f_cos.z[i] = diffuse.z * cosine_pdf;
+      pdf[i] = cosine_pdf;
+    }
+    return;
+  }
+  const Glossy lobe = glossy();
+  const float p = bsdf_->glossy_probability_;
+  Block<float> lobe_cos;
+  Block<float> cosine;
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const Glossy::Value value = lobe.evaluate(wi[i]);
+    lobe_cos[i] = value.f_cos;
+    cosine[i] = value.cosine;
+    pdf[i] = p * value.pdf_w + (1.0f - p) * (wi.z[i] * kInvPi);
+  }
+  // A loop per channel: its constants fit the registers.
+  const auto channel = [&](float eta, float k, float specular, float diffuse_c,
+                           Block<float>& __restrict out) {
+    for (std::size_t i = 0; i < lanes; ++i) {
+      out[i] = specular * fresnel_channel(cosine[i], eta, k) * lobe_cos[i] +
+               diffuse_c * (wi.z[i] * kInvPi);
+    }
+  };
+  channel(bsdf_->eta_.x, bsdf_->k_.x, bsdf_->specular_.x, diffuse.x, f_cos.x);
+  channel(bsdf_->eta_.y, bsdf_->k_.y, bsdf_->specular_.y, diffuse.y, f_cos.y);
+  channel(bsdf_->eta_.z, bsdf_->k_.z, bsdf_->specular_.z, diffuse.z, f_cos.z);
 }
 
 BsdfValue BoundBsdf::evaluate_phong(const Vec3& wi) const noexcept {
@@ -151,28 +215,46 @@ BsdfValue BoundBsdf::evaluate_phong(const Vec3& wi) const noexcept {
 }
 
 std::optional<Vec3> BoundBsdf::sample(const Variates& variates) const noexcept {
-  const bool glossy = variates.choice < bsdf_->glossy_probability_;
+  const bool is_glossy = variates.choice < bsdf_->glossy_probability_;
   Vec3 wi;
-  if (!glossy) {
+  if (!is_glossy) {
     wi = sample_cosine_hemisphere(variates.u);
   } else {
-    wi = bsdf_->type_ == BsdfType::Phong ? sample_phong(variates.u) : sample_glossy(variates.u);
+    wi = bsdf_->type_ == BsdfType::Phong ? sample_phong(variates.u)
+                                         : glossy().sample(variates.u.x, variates.u.y);
   }
   if (!(wi.z > 0.0f)) return std::nullopt;
   return wi;
 }
 
-// Source: Dupuy and Benyoub 2023, "Sampling visible GGX normals with spherical caps".
-Vec3 BoundBsdf::sample_glossy(const Vec2& u) const noexcept {
-  const float alpha = bsdf_->alpha_;
-  const float depth = u.y * (1.0f + stretched_.z);  // 1 - z, for z uniform over (-stretched.z, 1]
-  const float sin_theta = std::sqrt(std::max(0.0f, depth * (2.0f - depth)));
-  const SinCos phi = sincos_turns(u.x);
-  const Vec3 cap(sin_theta * phi.cosine, sin_theta * phi.sine, 1.0f - depth);
-  const Vec3 h_std = cap + stretched_;
-  const Vec3 h =
-      Vec3(alpha * h_std.x, alpha * h_std.y, std::max(h_std.z, 0.0f)).normalized();
-  return h * (2.0f * dot(wo_, h)) - wo_;
+void BoundBsdf::sample(const VariateBlock& variates, std::size_t count, std::size_t at,
+                       VectorBlock& __restrict wi) const noexcept {
+  if (bsdf_->type_ == BsdfType::Phong) {
+    for (std::size_t i = 0; i < count; ++i) {
+      wi.set(at + i, sample(variates[i]).value_or(Vec3(0.0f)));
+    }
+    return;
+  }
+  const std::size_t lanes = whole_groups(count);
+  const float p = bsdf_->glossy_probability_;
+  if (p < 1.0f) {
+    for (std::size_t i = 0; i < lanes; ++i) {
+      const Vec3 w = sample_cosine_hemisphere({variates.x[i], variates.y[i]});
+      wi.x[at + i] = w.x;
+      wi.y[at + i] = w.y;
+      wi.z[at + i] = w.z;
+    }
+  }
+  if (!(p > 0.0f)) return;
+  const Glossy lobe = glossy();
+  const float threshold = p < 1.0f ? p : 2.0f;  // a lone lobe is given no choice
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const Vec3 w = lobe.sample(variates.x[i], variates.y[i]);
+    const bool is_glossy = variates.choice[i] < threshold;
+    wi.x[at + i] = is_glossy ? w.x : wi.x[at + i];
+    wi.y[at + i] = is_glossy ? w.y : wi.y[at + i];
+    wi.z[at + i] = is_glossy ? w.z : wi.z[at + i];
+  }
 }
 
 Vec3 BoundBsdf::sample_phong(const Vec2& u) const noexcept {

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "scenes/core/block.h"
 #include "scenes/core/sampler.h"
 #include "scenes/core/scene_description.h"
 #include "scenes/core/vec.h"
@@ -56,10 +57,23 @@ class BoundBsdf {
   /// @return nullopt where the draw falls below the horizon: it counts as a sample of value 0
   std::optional<Vec3> sample(const Variates& variates) const noexcept;
 
+  /// `evaluate` of the directions in lanes [0, count), all above the horizon.
+  void evaluate(const VectorBlock& wi_local, std::size_t count, VectorBlock& f_cos,
+                Block<float>& pdf) const noexcept;
+
+  /// `sample` for points [0, count), into the lanes from `at` on; a draw below the horizon has no positive z.
+  void sample(const VariateBlock& variates, std::size_t count, std::size_t at,
+              VectorBlock& wi_local) const noexcept;
+
+  /// Whether `sample` reads `Variates::choice`.
+  bool uses_choice() const noexcept {
+    return bsdf_->glossy_probability_ > 0.0f && bsdf_->glossy_probability_ < 1.0f;
+  }
+
  private:
-  BsdfValue evaluate_glossy(const Vec3& wi) const noexcept;
+  struct Glossy;
+  Glossy glossy() const noexcept;
   BsdfValue evaluate_phong(const Vec3& wi) const noexcept;
-  Vec3 sample_glossy(const Vec2& u) const noexcept;
   Vec3 sample_phong(const Vec2& u) const noexcept;
 
   const Bsdf* bsdf_;

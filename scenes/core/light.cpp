@@ -133,16 +133,72 @@ bool LightProposal::set_up_sphere() noexcept {
   return one_minus_cos_ > 0.0f && std::isfinite(pdf_constant_);
 }
 
+// The rectangle as seen from the point, by value: loops over lanes keep it in registers.
+struct LightProposal::Rectangle {
+  Vec3 to_origin, edge_u, edge_v, normal;
+  float height, inv_length2_u, inv_length2_v, inv_area_height, pdf_constant;
+  bool by_area;
+
+  LightSample sample_area(float u, float v) const noexcept {
+    const Vec3 d = to_origin + edge_u * u + edge_v * v;
+    const float r2 = d.length2();
+    const float r = std::sqrt(r2);
+    return {d * (1.0f / r), r2 * r * inv_area_height};
+  }
+
+  float pdf_w(const Vec3& wi) const noexcept {
+    const float slope = dot(normal, wi);
+    const float t = height / slope;
+    const Vec3 p = wi * t - to_origin;
+    const float u = dot(p, edge_u) * inv_length2_u;
+    const float v = dot(p, edge_v) * inv_length2_v;
+    const float pdf = by_area ? t * t * t * inv_area_height : pdf_constant;
+    // A slope of 0 or away from the plane gives no density, whatever was divided by it.
+    const bool meets = (height * slope > 0.0f) & (u >= 0.0f) & (u <= 1.0f) & (v >= 0.0f) & (v <= 1.0f);
+    return meets ? pdf : 0.0f;
+  }
+};
+
+LightProposal::Rectangle LightProposal::rectangle() const noexcept {
+  return {to_origin_, light_->edge_u, light_->edge_v, light_->normal, height_, inv_length2_u_,
+          inv_length2_v_, inv_area_height_, pdf_constant_, mode_ == Mode::RectangleArea};
+}
+
+void LightProposal::sample(const VariateBlock& variates, std::size_t count, std::size_t at,
+                           VectorBlock& __restrict wi, Block<float>& __restrict pdf) const noexcept {
+  if (mode_ == Mode::RectangleArea) {
+    const Rectangle shape = rectangle();
+    for (std::size_t i = 0; i < whole_groups(count); ++i) {
+      const LightSample s = shape.sample_area(variates.x[i], variates.y[i]);
+      wi.x[at + i] = s.wi.x;
+      wi.y[at + i] = s.wi.y;
+      wi.z[at + i] = s.wi.z;
+      pdf[at + i] = s.pdf_w;
+    }
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const LightSample s = sample(variates[i]).value_or(LightSample{});
+    wi.set(at + i, s.wi);
+    pdf[at + i] = s.pdf_w;
+  }
+}
+
+void LightProposal::pdf_w(const VectorBlock& wi, std::size_t count,
+                          Block<float>& __restrict pdf) const noexcept {
+  if (mode_ == Mode::RectangleArea || mode_ == Mode::RectangleAngle) {
+    const Rectangle shape = rectangle();
+    for (std::size_t i = 0; i < whole_groups(count); ++i) pdf[i] = shape.pdf_w(wi[i]);
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) pdf[i] = pdf_w(wi[i]);
+}
+
 std::optional<LightSample> LightProposal::sample(const Variates& variates) const noexcept {
   const Light& light = *light_;
   const Vec2& u = variates.u;
   switch (mode_) {
-    case Mode::RectangleArea: {
-      const Vec3 d = to_origin_ + light.edge_u * u.x + light.edge_v * u.y;
-      const float r2 = d.length2();
-      const float r = std::sqrt(r2);
-      return LightSample{d * (1.0f / r), r2 * r * inv_area_height_};
-    }
+    case Mode::RectangleArea: return rectangle().sample_area(u.x, u.y);
     case Mode::RectangleAngle: return sample_rectangle_angle(u);
     case Mode::SphereCone:
       return LightSample{Frame(axis_).to_world(sample_uniform_cone(u, one_minus_cos_)),
@@ -188,16 +244,7 @@ LightSample LightProposal::sample_rectangle_angle(const Vec2& u) const noexcept 
 float LightProposal::pdf_w(const Vec3& wi) const noexcept {
   switch (mode_) {
     case Mode::RectangleArea:
-    case Mode::RectangleAngle: {
-      const float slope = dot(light_->normal, wi);
-      if (!(height_ * slope > 0.0f)) return 0.0f;  // parallel to the plane or away from it
-      const float t = height_ / slope;
-      const Vec3 p = wi * t - to_origin_;
-      const float u = dot(p, light_->edge_u) * inv_length2_u_;
-      const float v = dot(p, light_->edge_v) * inv_length2_v_;
-      if (!(u >= 0.0f && u <= 1.0f && v >= 0.0f && v <= 1.0f)) return 0.0f;
-      return mode_ == Mode::RectangleAngle ? pdf_constant_ : t * t * t * inv_area_height_;
-    }
+    case Mode::RectangleAngle: return rectangle().pdf_w(wi);
     case Mode::SphereCone: {
       // Membership by the chord, which keeps its digits where the cosine of a small cone rounds to 1.
       const bool inside = (wi - axis_).length2() <= 2.0f * one_minus_cos_;

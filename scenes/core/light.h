@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "scenes/core/block.h"
 #include "scenes/core/distribution.h"
 #include "scenes/core/sampler.h"
 #include "scenes/core/vec.h"
@@ -70,7 +71,19 @@ class LightProposal {
   /// Density of `sample` for a unit direction; positive exactly where the ray from the point meets the light's surface.
   float pdf_w(const Vec3& wi) const noexcept;
 
+  /// `sample` for points [0, count), into the lanes from `at` on. Where there is no direction, wi is 0.
+  void sample(const VariateBlock& variates, std::size_t count, std::size_t at, VectorBlock& wi,
+              Block<float>& pdf) const noexcept;
+
+  /// `pdf_w` of the directions in lanes [0, count).
+  void pdf_w(const VectorBlock& wi, std::size_t count, Block<float>& pdf) const noexcept;
+
+  /// Whether `sample` reads `Variates::choice`.
+  bool uses_choice() const noexcept { return mode_ == Mode::Mesh; }
+
  private:
+  struct Rectangle;
+  Rectangle rectangle() const noexcept;
   enum class Mode : std::uint8_t { RectangleArea, RectangleAngle, SphereCone, SphereInside, Mesh };
 
   bool set_up_rectangle(LightSampling sampling) noexcept;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string_view>
 
+#include "scenes/core/block.h"
 #include "scenes/core/vec.h"
 
 /// Point sets for one component of one estimate. Random numbers are keyed by what they are for, never by who draws
@@ -39,6 +40,13 @@ struct Variates {
   float choice;
 };
 
+/// Variates of up to kBlock points.
+struct VariateBlock {
+  Block<float> x{}, y{}, choice{};
+
+  Variates operator[](std::size_t i) const noexcept { return {Vec2(x[i], y[i]), choice[i]}; }
+};
+
 /// 32 random bits, for decisions that are not points (tie breaks, offsets).
 std::uint32_t random_bits(const StreamKey& key) noexcept;
 
@@ -52,15 +60,27 @@ class PointSet {
   /// @param index  in [0, count)
   Variates operator()(std::uint32_t index) const noexcept;
 
+  /// Points [first, first + count), count <= kBlock, with the same bits as one at a time.
+  /// @param with_choice  false leaves `out.choice` alone, for what has nothing to choose
+  void fill(std::uint32_t first, std::uint32_t count, bool with_choice,
+            VariateBlock& out) const noexcept;
+
  private:
+  struct Grid;
+  Grid grid() const noexcept;
   Variates stratified(std::uint32_t index) const noexcept;
   Variates sobol(std::uint32_t index) const noexcept;
+  void fill_independent(std::uint32_t first, std::uint32_t count, VariateBlock& out) const noexcept;
+  void fill_stratified(std::uint32_t first, std::uint32_t count, bool with_choice,
+                       VariateBlock& out) const noexcept;
+  void fill_sobol(std::uint32_t first, std::uint32_t count, bool with_choice,
+                  VariateBlock& out) const noexcept;
 
   SamplerKind kind_;
   bool transposed_{false};
   std::uint32_t count_;
   std::uint32_t columns_{1}, rows_{1};
-  double inv_cells_{1.0}, inv_count_{1.0};
+  double inv_columns_{1.0}, inv_cells_{1.0}, inv_count_{1.0};
   std::uint32_t scramble_[3]{};
   StreamKey key_;
 };

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 
 namespace penumbra {
@@ -15,7 +14,11 @@ struct SinCos {
 /// @param u  angle in turns, |u| < 2^20
 /// Source of the polynomials: Moshier, Cephes Mathematical Library, sinf and cosf.
 inline SinCos sincos_turns(float u) noexcept {
-  const float quarter = std::floor(4.0f * u + 0.5f);
+  // Floor through the truncation, which vectors have on every processor.
+  const float nearest = 4.0f * u + 0.5f;
+  const auto truncated = static_cast<std::int32_t>(nearest);
+  const std::int32_t q = truncated - (static_cast<float>(truncated) > nearest ? 1 : 0);
+  const auto quarter = static_cast<float>(q);
   const float x = (u - 0.25f * quarter) * 6.28318530717958647693f;  // in [-pi/4, pi/4]
   const float x2 = x * x;
   const float s =
@@ -24,7 +27,6 @@ inline SinCos sincos_turns(float u) noexcept {
                   x2 * x2 * (4.166664568298827e-2f +
                              x2 * (-1.388731625493765e-3f + x2 * 2.443315711809948e-5f));
   // Quarter turns swap and negate: (s, c), (c, -s), (-s, -c), (-c, s).
-  const auto q = static_cast<std::int32_t>(quarter);
   const bool odd = (q & 1) != 0;
   const float sine = odd ? c : s;
   const float cosine = odd ? s : c;

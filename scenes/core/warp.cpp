@@ -26,17 +26,6 @@ Vec3 on_sphere(float z, float sin_theta, float u) noexcept {
 
 }  // namespace
 
-Vec2 sample_uniform_disk(const Vec2& u) noexcept {
-  const float x = 2.0f * u.x - 1.0f;
-  const float y = 2.0f * u.y - 1.0f;
-  if (x == 0.0f && y == 0.0f) return {0.0f, 0.0f};
-  const bool x_major = std::abs(x) > std::abs(y);
-  const float r = x_major ? x : y;
-  const float phi = 0.125f * (x_major ? y / x : x / y);  // turns from the nearer axis
-  const SinCos turn = sincos_turns(phi);
-  return x_major ? Vec2(r * turn.cosine, r * turn.sine) : Vec2(r * turn.sine, r * turn.cosine);
-}
-
 Vec2 invert_uniform_disk(const Vec2& point) noexcept {
   const float r = point.length();
   float phi = std::atan2(point.y, point.x);
@@ -57,11 +46,6 @@ Vec2 invert_uniform_disk(const Vec2& point) noexcept {
     a = -(phi - 3.0f * kPi / 2.0f) * b / (kPi / 4.0f);
   }
   return {below_one(0.5f * (a + 1.0f)), below_one(0.5f * (b + 1.0f))};
-}
-
-Vec3 sample_cosine_hemisphere(const Vec2& u) noexcept {
-  const Vec2 d = sample_uniform_disk(u);
-  return {d.x, d.y, std::sqrt(std::max(0.0f, 1.0f - d.x * d.x - d.y * d.y))};
 }
 
 float cosine_hemisphere_pdf_w(float cos_theta) noexcept {

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
+#include "scenes/core/sincos.h"
 #include "scenes/core/vec.h"
 
 /// Maps from the unit square to directions and surfaces; each with its density and its inverse beside it. Frames are
@@ -11,11 +15,23 @@ inline constexpr float kInvPi = 0.31830988618379067154f;
 
 /// Unit square to unit disc, area-preserving and continuous.
 /// Source: Shirley and Chiu 1997, "A low distortion map between disk and square".
-Vec2 sample_uniform_disk(const Vec2& u) noexcept;
+inline Vec2 sample_uniform_disk(const Vec2& u) noexcept {
+  const float x = 2.0f * u.x - 1.0f;
+  const float y = 2.0f * u.y - 1.0f;
+  const bool x_major = std::abs(x) > std::abs(y);
+  const float r = x_major ? x : y;
+  const float ratio = (x_major ? y : x) / r;
+  const float phi = 0.125f * (r == 0.0f ? 0.0f : ratio);  // turns from the nearer axis
+  const SinCos turn = sincos_turns(phi);
+  return {r * (x_major ? turn.cosine : turn.sine), r * (x_major ? turn.sine : turn.cosine)};
+}
 Vec2 invert_uniform_disk(const Vec2& point) noexcept;
 
 /// Density cos(theta)/pi over the upper hemisphere.
-Vec3 sample_cosine_hemisphere(const Vec2& u) noexcept;
+inline Vec3 sample_cosine_hemisphere(const Vec2& u) noexcept {
+  const Vec2 d = sample_uniform_disk(u);
+  return {d.x, d.y, std::sqrt(std::max(0.0f, 1.0f - d.x * d.x - d.y * d.y))};
+}
 float cosine_hemisphere_pdf_w(float cos_theta) noexcept;
 Vec2 invert_cosine_hemisphere(const Vec3& w) noexcept;
 

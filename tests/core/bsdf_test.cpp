@@ -95,22 +95,25 @@ TEST_P(BsdfAtCosine, SampleMatchesPdfByChiSquare) {
   }
 }
 
-TEST_P(BsdfAtCosine, NearSpecularSampleMatchesPdfByChiSquare) {
-  if (GetParam() < 0.05f) GTEST_SKIP() << "float directions do not resolve the lobe there";
-  for (const MaterialDescription& material : sharp_materials()) {
-    const Bsdf bsdf(material);
-    const Vec3 wo = at_cosine(GetParam());
-    double width = double{bsdf.min_alpha()};
-    if (const auto* p = std::get_if<PhongMaterial>(&material.model))
-      width = 1.0 / std::sqrt(double{p->exponent});
-    // Rings around the mirror direction in multiples of the lobe's width, up to the whole sphere.
-    std::vector<double> edges = {0.0};
-    for (double depth = 0.02 * width * width; depth < 2.0; depth *= 1.7) edges.push_back(depth);
-    edges.push_back(2.0);
-    const SphereGrid grid(Vec3(-wo.x, -wo.y, wo.z), edges, 12);
-    const auto result = fit(BoundBsdf(bsdf, wo), grid, 40000, 16);
-    EXPECT_GT(result.p, kLevel) << material.name << " cos " << GetParam();
-    EXPECT_NEAR(result.integral, 1.0 - result.missing, 5e-3) << material.name;
+// At cosines below 0.1 the float directions do not resolve lobes this sharp.
+TEST(Bsdf, NearSpecularSampleMatchesPdfByChiSquare) {
+  for (const float cosine : {1.0f, 0.5f, 0.1f}) {
+    const Vec3 wo = at_cosine(cosine);
+    for (const MaterialDescription& material : sharp_materials()) {
+      const Bsdf bsdf(material);
+      double width = double{bsdf.min_alpha()};
+      if (const auto* p = std::get_if<PhongMaterial>(&material.model)) {
+        width = 1.0 / std::sqrt(double{p->exponent});
+      }
+      // Rings around the mirror direction in multiples of the lobe's width, up to the whole sphere.
+      std::vector<double> edges = {0.0};
+      for (double depth = 0.02 * width * width; depth < 2.0; depth *= 1.7) edges.push_back(depth);
+      edges.push_back(2.0);
+      const SphereGrid grid(Vec3(-wo.x, -wo.y, wo.z), edges, 12);
+      const auto result = fit(BoundBsdf(bsdf, wo), grid, 40000, 16);
+      EXPECT_GT(result.p, kLevel) << material.name << " cos " << cosine;
+      EXPECT_NEAR(result.integral, 1.0 - result.missing, 5e-3) << material.name;
+    }
   }
 }
 

@@ -27,6 +27,9 @@ void* counted_allocation(std::size_t size, std::size_t alignment) {
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
+
+// Not inlined: GCC would see free() for memory of operator new and warn of a mismatch.
+[[gnu::noinline]] void release(void* memory) noexcept { std::free(memory); }
 }  // namespace
 
 // Counts every allocation of this program through operator new.
@@ -34,10 +37,10 @@ void* operator new(std::size_t size) { return counted_allocation(size, alignof(s
 void* operator new(std::size_t size, std::align_val_t alignment) {
   return counted_allocation(size, static_cast<std::size_t>(alignment));
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory) noexcept { release(memory); }
+void operator delete(void* memory, std::size_t) noexcept { release(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { release(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { release(memory); }
 
 namespace penumbra::fixtures {
 namespace {
@@ -282,7 +285,10 @@ TEST_P(Contract, StaysWithinTheBudgetAndCoversEverySample) {
             static_cast<std::uint64_t>(budget_of(c()).srl()) * scene_.lights().size() * valid);
   EXPECT_GT(image.counters.rays, 0u);
   EXPECT_LE(image.counters.rays, image.counters.samples);
-  EXPECT_EQ(image.counters.uncovered, 0u);
+  // Biased settings may lose samples (a component of weight 0 raised to n_min), and then the counter says so.
+  if (c().entry->bias_reason(c().params).empty()) {
+    EXPECT_EQ(image.counters.uncovered, 0u);
+  }
 }
 
 TEST_P(Contract, EstimatesCycleThroughTheCameraSamples) {

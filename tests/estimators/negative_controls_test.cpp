@@ -142,6 +142,7 @@ std::vector<Variant> unbiased_variants() {
       {"all_as_one", {{"light_mode", Text("all_as_one")}}},
       {"single", {{"schedule", Text("single")}}},
       {"no_cone", {{"cone", false}}},
+      {"population_3", {{"population", Integer{3}}}},  // as many samples as components
       {"population_8", {{"population", Integer{8}}}},
       {"population_16", {{"population", Integer{16}}}},
       {"mis_split", {{"initial", Text("mis_split")}}},
@@ -171,7 +172,7 @@ void PrintTo(const Variant& value, std::ostream* out) { *out << value.name; }
 
 class PositiveControls : public ::testing::TestWithParam<Variant> {};
 TEST_P(PositiveControls, PassTheTestThatTheNegativeOnesFail) {
-  expect_unbiased(GetParam(), "BF", 50'000);
+  expect_unbiased(GetParam(), "BF", 30'000);
 }
 INSTANTIATE_TEST_SUITE_P(PmcHi, PositiveControls, ::testing::ValuesIn(unbiased_variants()), name_of);
 

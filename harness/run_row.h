@@ -3,14 +3,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "harness/csv.h"
 
-/// From raw rows to the efficiency table. Source: design.md section 9, statistics.md 3.1 and 3.2.
+/// The rows of measurements.csv and efficiency.csv, and how they are written and read.
+/// Source: design.md section 9.
 namespace penumbra {
 
 enum class RunStatus { Ok, Failed };
@@ -132,6 +132,9 @@ CsvRecord efficiency_columns();
 /// Fields in the order of run_columns().
 CsvRecord run_record(const RunRow& row);
 
+/// Fields in the order of efficiency_columns().
+CsvRecord efficiency_record(const EfficiencyRow& row);
+
 struct RunRows {
   std::vector<RunRow> rows;
   bool torn_tail{false};  ///< an incomplete last line was left out
@@ -145,39 +148,5 @@ RunRows read_run_rows(const std::filesystem::path& file);
 
 /// Reads efficiency.csv. @throws InputError as read_run_rows, and when the last line is incomplete
 std::vector<EfficiencyRow> read_efficiency_rows(const std::filesystem::path& file);
-
-/// The time that decides `ratio` and the verdict. CPU time is the default because on a shared
-/// machine the wall time is unusable whatever the statistics: for one workload against itself, in
-/// interleaved blocks, the log ratio of wall times spread by 0.14 to 0.21, that of CPU times by
-/// 0.03 (statistics.md 3.3).
-enum class PrimaryTime { Cpu, Wall };
-
-struct TableOptions {
-  std::string baseline;                       ///< label; within scene, sampler and budget
-  std::optional<std::string> tuned_baseline;  ///< label; within scene and budget
-  double confidence{0.95};
-  PrimaryTime primary{PrimaryTime::Cpu};
-  double relmse_epsilon{0.01};      ///< of the raw rows' relmse; printed
-  std::vector<std::string> scenes;  ///< order of the table; others follow by name
-  std::vector<std::string> labels;
-};
-
-/// One row per cell: (scene, label, estimator, parameters, SPP, SRL, population, sampler, budget).
-/// Where several cells carry the baseline's label, the one with the same SRL and SPP is meant;
-/// where that is not one cell, there is no ratio and the note says so. A failed or non-finite run
-/// fails its cell.
-/// @throws InputError when a block of a cell occurs twice
-/// @throws ReferenceError when runs of one scene were measured against different references
-std::vector<EfficiencyRow> efficiency_table(std::span<const RunRow> rows,
-                                            const TableOptions& options);
-
-/// The whole of efficiency.csv.
-std::string to_csv(std::span<const EfficiencyRow> rows);
-
-/// Pipe table for people, aligned, with footnotes on intervals, epsilon and what not to trust.
-std::string to_markdown(std::span<const EfficiencyRow> rows, const TableOptions& options);
-
-/// Plain text for a terminal: at most 119 columns, long names shortened in the middle with '~'.
-std::string to_terminal(std::span<const EfficiencyRow> rows, const TableOptions& options);
 
 }  // namespace penumbra

@@ -1,64 +1,21 @@
-#include "harness/tables.h"
+#include "harness/efficiency.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <functional>
 #include <limits>
-#include <sstream>
+#include <string>
+#include <vector>
 
-#include "harness/metrics.h"
 #include "harness/statistics.h"
+#include "harness/table_text.h"
 #include "scenes/core/error.h"
+#include "tests/unit/run_row_fixture.h"
 
 namespace penumbra {
 namespace {
-
-/// A complete run; tests change what they are about.
-RunRow run(const std::string& label, int block, double cpu_s, double mse) {
-  RunRow row;
-  row.run_id = label + "-" + std::to_string(block);
-  row.scene = "checkerboard";
-  row.label = label;
-  row.estimator = label;
-  row.sampler = "independent";
-  row.spp = 8;
-  row.srl = row.srl_initial = 16;
-  row.block = block;
-  row.rays = 1000;
-  row.time_cpu_s = cpu_s;
-  row.time_wall_s = 2 * cpu_s;
-  row.mse = mse;
-  row.mse_naive = mse + 0.001;
-  row.relmse = 0.5;
-  row.mean_error = block % 2 == 0 ? 0.01 : -0.01;
-  row.p_eff = 1000;
-  row.reference_id = "r1";
-  row.reference_mean = 2;
-  row.reference_mean_se = 0;
-  return row;
-}
-
-/// "mis" and "pmc" in 4 blocks; pmc takes as long and errs half as much, with the same small
-/// spread.
-std::vector<RunRow> two_methods() {
-  std::vector<RunRow> rows;
-  for (int block = 0; block < 4; ++block) {
-    const double spread = 1 + 0.01 * block;
-    rows.push_back(run("pmc", block, 1.0, 0.5 * spread));
-    rows.push_back(run("mis", block, 1.0, 1.0 * spread * (block % 2 == 0 ? 1.01 : 0.99)));
-  }
-  return rows;
-}
-
-TableOptions options(const std::string& baseline = "mis") {
-  TableOptions o;
-  o.baseline = baseline;
-  return o;
-}
 
 EfficiencyRow find(const std::vector<EfficiencyRow>& rows, const std::string& label,
                    const std::string& sampler = "independent") {
@@ -67,125 +24,6 @@ EfficiencyRow find(const std::vector<EfficiencyRow>& rows, const std::string& la
   }
   ADD_FAILURE() << "no row " << label;
   return {};
-}
-
-std::string joined(const CsvRecord& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
-TEST(RunColumns, AreThoseOfTheDesignInItsOrder) {
-  EXPECT_EQ(joined(run_columns()),
-            "run_id, scene, label, estimator, sampler, spp, srl, srl_initial, srl_adaptive, "
-            "population, iterations, budget_s, block, seed, width, height, threads, estimates, "
-            "rays, time_wall_s, time_cpu_s, time_prepare_s, instructions, mse, mse_naive, relmse, "
-            "mape, mean_error, p_eff, reference_id, reference_share, nonfinite, status, cell, "
-            "params, camera_samples, samples, order, failure, reference_mean, reference_mean_se, "
-            "reference_floor");
-}
-
-TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
-  EXPECT_EQ(joined(efficiency_columns()),
-            "scene, label, estimator, spp, srl, population, n_blocks, T_s, err, eff, eff_lo, "
-            "eff_hi, ratio, ratio_lo, ratio_hi, eff_cpu, eff_rays, eff_instructions, bias_rel, "
-            "bias_p, verdict, sampler, params, budget_s, baseline, err_lo, err_hi, relmse, p_eff, "
-            "reference_share, ratio_tuned, ratio_tuned_lo, ratio_tuned_hi, T_cpu_s, srl_initial, "
-            "srl_adaptive, note");
-}
-
-TEST(RunColumns, HoldEveryMetricButTheRoot) {
-  const CsvRecord columns = run_columns();
-  for (const MetricInfo& metric : metric_table()) {
-    const bool present = std::find(columns.begin(), columns.end(), metric.name) != columns.end();
-    EXPECT_EQ(present, metric.name != "rmse") << metric.name;
-  }
-}
-
-class TableFile : public testing::Test {
- protected:
-  ~TableFile() override { std::filesystem::remove(file_); }
-  void put(const std::string& text) const { std::ofstream(file_, std::ios::binary) << text; }
-
-  std::filesystem::path file_ = std::filesystem::temp_directory_path() /
-                                ("penumbra_tables_test_" + std::to_string(::getpid()) + ".csv");
-};
-
-TEST_F(TableFile, EveryFieldOfARunReadsBack) {
-  RunRow full = run("pmc, \"hi\"", 3, 0.1, 1e-7);
-  full.srl_adaptive = 12;
-  full.population = 8;
-  full.iterations = 1234567890123;
-  full.budget_s = 1.0 / 3.0;
-  full.seed = std::numeric_limits<std::uint64_t>::max();
-  full.width = 640;
-  full.height = 360;
-  full.threads = 2;
-  full.estimates = 5;
-  full.time_prepare_s = 0.5;
-  full.instructions = 99;
-  full.mape = 0.25;
-  full.reference_share = 0.01;
-  full.nonfinite = 3;
-  full.status = RunStatus::Failed;
-  full.cell = "c1";
-  full.params = "a=1,b=2";
-  full.camera_samples = 4;
-  full.samples = 6;
-  full.order = 7;
-  full.failure = "line 1\nline 2";
-  full.reference_floor = 1e-9;
-  // No field of the row above has the text of an untouched one, so a swapped column cannot go
-  // unnoticed.
-  const std::vector<RunRow> rows{full, RunRow{}};
-  {
-    CsvWriter writer(file_, run_columns());
-    for (const RunRow& row : rows) writer.append(run_record(row));
-  }
-  const RunRows back = read_run_rows(file_);
-  EXPECT_FALSE(back.torn_tail);
-  EXPECT_EQ(back.rows, rows);
-}
-
-TEST_F(TableFile, ColumnsAreFoundByNameNotByPlace) {
-  CsvRecord names = run_columns();
-  CsvRecord record = run_record(run("mis", 2, 0.5, 0.25));
-  std::reverse(names.begin(), names.end());
-  std::reverse(record.begin(), record.end());
-  put(csv_line(names) + csv_line(record));
-  EXPECT_EQ(read_run_rows(file_).rows.at(0), run("mis", 2, 0.5, 0.25));
-}
-
-TEST_F(TableFile, MissingAndUnknownColumnsAreNamed) {
-  CsvRecord names = run_columns();
-  names[0] = "run_idx";
-  put(csv_line(names));
-  try {
-    read_run_rows(file_);
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("missing columns: \"run_id\""), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find("unknown columns: \"run_idx\""), std::string::npos);
-  }
-}
-
-TEST_F(TableFile, BadValueIsNamedWithRowAndColumn) {
-  CsvRecord record = run_record(run("mis", 0, 1, 1));
-  record[32] = "maybe";  // status
-  put(csv_line(run_columns()) + csv_line(record));
-  try {
-    read_run_rows(file_);
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("row 1: column status: \"maybe\""), std::string::npos)
-        << error.what();
-  }
-}
-
-TEST_F(TableFile, EfficiencyRowsReadBack) {
-  const std::vector<EfficiencyRow> rows = efficiency_table(two_methods(), options());
-  put(to_csv(rows));
-  EXPECT_EQ(read_efficiency_rows(file_), rows);
 }
 
 TEST(EfficiencyTable, MeansAndEfficienciesMatchHandComputation) {
@@ -403,90 +241,6 @@ TEST(EfficiencyTable, NoRunsAreAnEmptyTable) {
   EXPECT_TRUE(table.empty());
   EXPECT_FALSE(to_markdown(table, options()).empty());
   EXPECT_FALSE(to_terminal(table, options()).empty());
-}
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
-TEST(Markdown, TableIsAlignedAndStatesItsIntervalAndEpsilon) {
-  const std::string text = to_markdown(efficiency_table(two_methods(), options()), options());
-  const std::vector<std::string> lines = lines_of(text);
-  for (std::size_t i = 1; i < 4; ++i) EXPECT_EQ(lines[i].size(), lines[0].size()) << lines[i];
-  EXPECT_TRUE(contains(text, "95 % interval (block jackknife")) << text;
-  EXPECT_TRUE(contains(text, "0.01 mean(reference)^2")) << text;
-  EXPECT_FALSE(contains(text, "effective pixels")) << text;
-  EXPECT_FALSE(contains(text, "more than 5 %")) << text;
-}
-
-TEST(Markdown, NumbersAreForPeople) {
-  EfficiencyRow row;
-  row.scene = "a|b";
-  row.label = "pmc";
-  row.time_cpu_s = 0.01234;
-  row.err = 1.234e-7;
-  row.relmse = 0.5;
-  row.eff_cpu = 1234567;
-  row.ratio = 1.421;
-  row.ratio_lo = 1.3149;
-  row.ratio_hi = 1.536;
-  row.bias_rel = -0.001;
-  const std::string text = to_markdown(std::vector<EfficiencyRow>{row}, options());
-  for (const char* part : {"| a\\|b ", " 12.3 ms |", " 1.23e-7 |", " 0.500 |", " 1.23e6 |",
-                           " 1.42 [1.31, 1.54] |", " -0.10 % |"}) {
-    EXPECT_TRUE(contains(text, part)) << part << " in\n" << text;
-  }
-}
-
-TEST(Markdown, DoubtfulErrorsAreMarkedAndExplained) {
-  std::vector<RunRow> rows = two_methods();
-  for (RunRow& row : rows) {
-    row.p_eff = 17;
-    row.mse_naive = 1.1 * *row.mse;
-  }
-  const std::string text = to_markdown(efficiency_table(rows, options()), options());
-  EXPECT_TRUE(contains(text, "rp |")) << text;
-  EXPECT_TRUE(contains(text, "more than 5 %")) << text;
-  EXPECT_TRUE(contains(text, "fewer than 200 effective pixels")) << text;
-}
-
-TEST(Terminal, StaysBelow120ColumnsWithLongNamesAndKeepsItsNumbers) {
-  std::vector<EfficiencyRow> rows = efficiency_table(two_methods(), options());
-  rows[0].scene = std::string(60, 's');
-  rows[1].label = "a_very_long_label_of_a_method_\xC3\xA4\xC3\xB6\xC3\xBC_with_a_distinct_end";
-  rows[1].sampler = "independent";
-  rows[1].err = -1.234e-10;
-  rows[1].ratio = 1234;
-  rows[1].ratio_lo = 1e3;
-  rows[1].ratio_hi = 2e12;
-  rows[1].verdict = Verdict::ReferenceLimited;
-  rows[1].note = std::string(300, 'n') + " and " + std::string(100, 'm');
-  const std::string text = to_terminal(rows, options());
-  for (const std::string& line : lines_of(text)) {
-    const auto points =
-        std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xC0) != 0x80; });
-    EXPECT_LT(points, 120) << line;
-  }
-  EXPECT_TRUE(contains(text, "1234 [1000, 2.00e12]")) << text;
-  EXPECT_TRUE(contains(text, "-1.23e-10")) << text;
-  EXPECT_TRUE(contains(text, "ref-limited")) << text;
-}
-
-TEST(Terminal, ParametersAppearWhereTheyTellCellsApart) {
-  std::vector<RunRow> rows = two_methods();
-  for (int block = 0; block < 4; ++block) {
-    rows.push_back(run("pmc", block, 1, 0.4));
-    rows.back().params = "population=8";
-  }
-  const std::string text = to_terminal(efficiency_table(rows, options()), options());
-  EXPECT_TRUE(contains(text, "pmc population=8")) << text;
 }
 
 }  // namespace

@@ -1,0 +1,285 @@
+// The real executable, as a user calls it: exit codes, files, resuming, bad input. Every test works in a project root of
+// its own (PENUMBRA_ROOT with links to the shipped scenes and configs), so nothing is written into the source tree.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "harness/csv.h"
+#include "harness/exr.h"
+#include "harness/run_row.h"
+
+namespace penumbra {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code{-1};
+  std::string output;  // stdout, then stderr
+};
+
+std::string read_text(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+class CommandLine : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "penumbra-e2e-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    root_ = pattern;
+    for (const char* folder : {"scenes", "configs"}) {
+      fs::create_directory_symlink(fs::path(PENUMBRA_SOURCE_DIR) / folder, root_ / folder);
+    }
+    fs::create_directory(root_ / "references");
+    setenv("PENUMBRA_ROOT", root_.c_str(), 1);
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  // Runs `penumbra <arguments>` through the shell in the test's folder.
+  Outcome run(const std::string& arguments) const {
+    const fs::path out = root_ / "stdout.txt";
+    const std::string command = "cd '" + root_.string() + "' && '" PENUMBRA_EXECUTABLE "' " + arguments +
+                                " >'" + out.string() + "' 2>&1";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out)};
+  }
+
+  // Starts a run, sends it a signal once `rows` rows are on disk, and waits for its end.
+  int run_and_signal(const std::string& config, const fs::path& out, std::size_t rows, int signal) const {
+    std::fflush(nullptr);  // or the child prints what is buffered once more
+    const pid_t child = fork();
+    if (child == 0) {
+      if (std::freopen("/dev/null", "w", stdout) == nullptr ||
+          std::freopen("/dev/null", "w", stderr) == nullptr || chdir(root_.c_str()) != 0) {
+        _exit(99);
+      }
+      execl(PENUMBRA_EXECUTABLE, PENUMBRA_EXECUTABLE, "run", config.c_str(), "--out", out.c_str(), nullptr);
+      _exit(99);
+    }
+    for (int i = 0; i < 6000 && line_count(out / "measurements.csv") < rows + 1; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    kill(child, signal);
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+
+  static std::size_t line_count(const fs::path& file) {
+    const std::string text = read_text(file);
+    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  }
+
+  fs::path write_file(const std::string& name, const std::string& text) const {
+    std::ofstream(root_ / name) << text;
+    return root_ / name;
+  }
+
+  // The smoke config with more repetitions, so that a signal finds it in the middle.
+  std::string smoke_config(const std::string& blocks) const {
+    nlohmann::json json = nlohmann::json::parse(read_text(fs::path(PENUMBRA_SOURCE_DIR) / "configs/smoke.json"));
+    json["blocks"] = std::stoi(blocks);
+    return write_file("smoke.json", json.dump(2)).string();
+  }
+
+  fs::path root_;
+};
+
+// Rows by run, without what depends on the clock and the order of arrival.
+std::map<std::string, std::string> timeless_rows(const fs::path& file) {
+  std::map<std::string, std::string> result;
+  for (RunRow row : read_run_rows(file).rows) {
+    row.time_wall_s.reset();
+    row.time_cpu_s.reset();
+    row.time_prepare_s.reset();
+    row.instructions.reset();
+    result[row.run_id] = csv_line(run_record(row));
+  }
+  return result;
+}
+
+TEST_F(CommandLine, RunWritesTheColumnsOfTheDesign) {
+  const Outcome run_outcome = run("run configs/smoke.json --out out");
+  ASSERT_EQ(run_outcome.code, 0) << run_outcome.output;
+  const std::vector<std::string> measurements = {
+      "run_id", "scene", "label", "estimator", "sampler", "spp", "srl", "srl_initial", "srl_adaptive",
+      "population", "iterations", "budget_s", "block", "seed", "width", "height", "threads", "estimates",
+      "rays", "time_wall_s", "time_cpu_s", "time_prepare_s", "instructions", "mse", "mse_naive", "relmse",
+      "mape", "mean_error", "p_eff", "reference_id", "reference_share", "nonfinite", "status"};
+  const std::vector<std::string> efficiency = {
+      "scene", "label", "estimator", "spp", "srl", "population", "n_blocks", "T_s", "err", "eff", "eff_lo",
+      "eff_hi", "ratio", "ratio_lo", "ratio_hi", "eff_cpu", "eff_rays", "eff_instructions", "bias_rel",
+      "bias_p", "verdict"};
+  const CsvTable raw = read_csv(root_ / "out/measurements.csv");
+  const CsvTable table = read_csv(root_ / "out/efficiency.csv");
+  EXPECT_EQ(raw.rows.size(), 4u * 3u);
+  EXPECT_EQ(table.rows.size(), 4u);
+  ASSERT_GE(raw.header.size(), measurements.size());
+  ASSERT_GE(table.header.size(), efficiency.size());
+  EXPECT_TRUE(std::equal(measurements.begin(), measurements.end(), raw.header.begin()));
+  EXPECT_TRUE(std::equal(efficiency.begin(), efficiency.end(), table.header.begin()));
+}
+
+TEST_F(CommandLine, SecondCallOfRunMeasuresNothing) {
+  ASSERT_EQ(run("run configs/smoke.json --out out").code, 0);
+  const std::string before = read_text(root_ / "out/measurements.csv");
+  const Outcome second = run("run configs/smoke.json --out out");
+  EXPECT_EQ(second.code, 0);
+  EXPECT_NE(second.output.find("0 runs measured, 12 found"), std::string::npos) << second.output;
+  EXPECT_EQ(read_text(root_ / "out/measurements.csv"), before);
+}
+
+TEST_F(CommandLine, KilledRunResumesToTheRowsOfAnUninterruptedOne) {
+  const std::string config = smoke_config("12");
+  ASSERT_EQ(run("run smoke.json --out whole").code, 0);
+  EXPECT_EQ(run_and_signal(config, root_ / "killed", 5, SIGKILL), 128 + SIGKILL);
+  ASSERT_LT(line_count(root_ / "killed/measurements.csv"), 4u * 12u + 1u) << "the kill came too late";
+  // A kill in the middle of a write leaves half a line.
+  std::ofstream(root_ / "killed/measurements.csv", std::ios::app) << "0123,checkerboard,MI";
+  const Outcome resumed = run("run smoke.json --out killed");
+  ASSERT_EQ(resumed.code, 0) << resumed.output;
+  EXPECT_EQ(timeless_rows(root_ / "killed/measurements.csv"), timeless_rows(root_ / "whole/measurements.csv"));
+}
+
+TEST_F(CommandLine, InterruptEndsAfterTheRunUnderWayWithCode130) {
+  const std::string config = smoke_config("60");
+  EXPECT_EQ(run_and_signal(config, root_ / "out", 3, SIGINT), 130);
+  const RunRows rows = read_run_rows(root_ / "out/measurements.csv");
+  EXPECT_FALSE(rows.torn_tail);
+  EXPECT_LT(rows.rows.size(), 4u * 60u);
+}
+
+TEST_F(CommandLine, RunRefusesAFolderOfAnotherConfig) {
+  ASSERT_EQ(run("run configs/smoke.json --out out").code, 0);
+  const Outcome other = run("run configs/smoke.json --out out --set seed=8");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_NE(other.output.find("another config"), std::string::npos) << other.output;
+}
+
+TEST_F(CommandLine, ValidateReportsFiveMistakesWithTheirPlaces) {
+  write_file("bad.json",
+             "{\n"                                                                              // 1
+             "  \"version\": 1,\n"                                                              // 2
+             "  \"name\": \"bad\",\n"                                                           // 3
+             "  \"sed\": 3,\n"                                                                  // 4 unknown key
+             "  \"scenes\": [{\"name\": \"checkerboad\"}],\n"                                   // 5 unknown scene
+             "  \"methods\": [\n"                                                               // 6
+             "    {\"label\": \"A\", \"estimator\": \"pmc\", \"srl\": 8},\n"                    // 7 unknown estimator
+             "    {\"label\": \"B\", \"estimator\": \"mis\", \"srl\": 8, \"params\": {\"layuot\": \"pairs\"}}\n"  // 8
+             "  ],\n"                                                                           // 9
+             "  \"baseline\": \"B\",\n"                                                         // 10
+             "  \"blocks\": \"five\"\n"                                                         // 11 wrong type
+             "}\n");
+  const Outcome outcome = run("validate bad.json");
+  EXPECT_EQ(outcome.code, 2);
+  for (const char* place : {"bad.json:4:3:", "bad.json:5:23:", "bad.json:7:33:", "bad.json:8:", "bad.json:11:13:"}) {
+    EXPECT_NE(outcome.output.find(place), std::string::npos) << place << " in\n" << outcome.output;
+  }
+  for (const char* suggestion : {"seed", "checkerboard", "pmc_hi", "layout"}) {
+    EXPECT_NE(outcome.output.find(suggestion), std::string::npos) << suggestion;
+  }
+}
+
+TEST_F(CommandLine, UnknownSceneAndEstimatorAndOptionAreUsageErrors) {
+  EXPECT_EQ(run("render nowhere -o x.png").code, 2);
+  EXPECT_EQ(run("render furnace --estimator nothing -o x.png").code, 2);
+  EXPECT_EQ(run("render furnace --set layout=pears -o x.png").code, 2);
+  EXPECT_EQ(run("render furnace -o x.jpg").code, 2);
+  EXPECT_EQ(run("run missing.json").code, 2);
+  EXPECT_EQ(run("frobnicate").code, 2);
+}
+
+TEST_F(CommandLine, UnwritableOutputIsARunFailure) {
+  EXPECT_EQ(run("render furnace --spp 1 -o /proc/nowhere/x.png").code, 4);
+}
+
+TEST_F(CommandLine, ReferenceOfAnotherSceneIsRefusedWithCode5) {
+  ASSERT_EQ(run("reference configs/smoke.json").code, 0);
+  fs::path file;
+  for (const fs::directory_entry& entry : fs::directory_iterator(root_ / "references")) file = entry.path();
+  ExrFile reference = read_exr(file);
+  reference.metadata["reference_id"] = "0123456789abcdef";
+  write_exr(file, reference.layers, reference.metadata);
+  const Outcome outcome = run("run configs/smoke.json --out out");
+  EXPECT_EQ(outcome.code, 5) << outcome.output;
+}
+
+TEST_F(CommandLine, ReferenceHasIndependentHalvesAndIsExtended) {
+  ASSERT_EQ(run("reference configs/smoke.json").code, 0);
+  fs::path file;
+  for (const fs::directory_entry& entry : fs::directory_iterator(root_ / "references")) file = entry.path();
+  const ExrFile before = read_exr(file);
+  EXPECT_EQ(before.metadata.at("spp"), "64");
+  EXPECT_NE(before.image("half_a").pixels, before.image("half_b").pixels);
+  ASSERT_EQ(run("reference configs/smoke.json --add-spp 32").code, 0);
+  const ExrFile after = read_exr(file);
+  EXPECT_EQ(after.metadata.at("spp"), "96");
+  EXPECT_EQ(nlohmann::json::parse(after.metadata.at("lineage")).size(), 2u);
+}
+
+TEST_F(CommandLine, ImagesHaveTheSameBitsOnOneTwoAndFiveThreads) {
+  for (const char* estimator : {"mis --srl 7", "pmc_hi --srl 4-12"}) {
+    std::string first;
+    for (const char* threads : {"1", "2", "5"}) {
+      const Outcome outcome = run("render checkerboard --resolution 80 45 --spp 2 --sampler sobol --estimator " +
+                                  std::string(estimator) + " --threads " + threads + " -o x.exr");
+      ASSERT_EQ(outcome.code, 0) << outcome.output;
+      const std::string bytes = read_text(root_ / "x.exr");
+      if (first.empty()) first = bytes;
+      EXPECT_EQ(bytes, first) << estimator << " on " << threads << " threads";
+    }
+  }
+}
+
+TEST_F(CommandLine, ListNamesEstimatorsWithCitationBiasAndParameters) {
+  const Outcome outcome = run("list --json");
+  ASSERT_EQ(outcome.code, 0);
+  const nlohmann::json json = nlohmann::json::parse(outcome.output);
+  std::vector<std::string> names;
+  for (const nlohmann::json& estimator : json.at("estimators")) {
+    names.push_back(estimator.at("name"));
+    EXPECT_FALSE(estimator.at("citation").get<std::string>().empty());
+    EXPECT_TRUE(estimator.at("unbiased").is_boolean());
+    EXPECT_FALSE(estimator.at("params").empty());
+  }
+  EXPECT_NE(std::find(names.begin(), names.end(), "mis"), names.end());
+  EXPECT_NE(std::find(names.begin(), names.end(), "pmc_hi"), names.end());
+}
+
+TEST_F(CommandLine, PlanIsFrozenAndKeptByALaterRun) {
+  const std::string set = " --set 'budget={\"time_cpu_s\":0.2,\"pilots\":1}' --set blocks=1";
+  ASSERT_EQ(run("run configs/smoke.json --out out" + set).code, 0);
+  const std::string plan = read_text(root_ / "out/plan.lock.json");
+  EXPECT_NE(plan.find("predicted_cpu_s"), std::string::npos);
+  const Outcome second = run("run configs/smoke.json --out out" + set);
+  EXPECT_NE(second.output.find("0 runs measured, 4 found"), std::string::npos) << second.output;
+  EXPECT_EQ(read_text(root_ / "out/plan.lock.json"), plan);
+}
+
+TEST_F(CommandLine, InspectPrintsTheTimeInsideAndOutsideOfRayQueries) {
+  const Outcome outcome = run("inspect furnace --json");
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  const nlohmann::json json = nlohmann::json::parse(outcome.output);
+  ASSERT_EQ(json.at("mis_estimate").size(), 3u);
+  EXPECT_GT(json.at("mis_estimate")[0].at("ray_query_ns").get<double>(), 0.0);
+}
+
+}  // namespace
+}  // namespace penumbra
