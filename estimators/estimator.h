@@ -16,13 +16,14 @@
 /// The contract between the harness and an estimator of direct light.
 namespace penumbra {
 
-/// A block of pixels with all their camera samples; its sides are multiples of 8 pixels except at the image border.
+/// A block of pixels with all their camera samples; its sides are multiples of 8 pixels except at
+/// the image border.
 struct Tile {
-  int x0{0}, y0{0};              ///< first pixel
-  int width{0}, height{0};       ///< [pixels]
-  int image_width{0};            ///< row length, for pixel indices [pixels]
-  int camera_samples{1};         ///< fixed shading points per pixel
-  int spp{1};                    ///< estimates per pixel, >= camera_samples
+  int x0{0}, y0{0};                      ///< first pixel
+  int width{0}, height{0};               ///< [pixels]
+  int image_width{0};                    ///< row length, for pixel indices [pixels]
+  int camera_samples{1};                 ///< fixed shading points per pixel
+  int spp{1};                            ///< estimates per pixel, >= camera_samples
   std::span<const ShadingPoint> points;  ///< [pixel][camera sample], pixels row-major in the tile
 
   int pixel_count() const { return width * height; }
@@ -31,7 +32,8 @@ struct Tile {
   }
   /// Estimate s of a pixel is made at shading point s modulo the number of camera samples.
   const ShadingPoint& point(int pixel_in_tile, int sample) const {
-    return points[static_cast<std::size_t>(pixel_in_tile) * static_cast<std::size_t>(camera_samples) +
+    return points[static_cast<std::size_t>(pixel_in_tile) *
+                      static_cast<std::size_t>(camera_samples) +
                   static_cast<std::size_t>(sample % camera_samples)];
   }
   /// Index of a pixel in the image, which keys its random numbers.
@@ -42,16 +44,19 @@ struct Tile {
   }
 };
 
-/// What every estimate of a run may spend; fixed when the estimator is made, so that it can size its scratch memory.
+/// What every estimate of a run may spend; fixed when the estimator is made, so that it can size
+/// its scratch memory.
 struct Budget {
   SamplerKind sampler{SamplerKind::Independent};
-  int srl_initial{16};   ///< shadow rays per light in the initial stage (all of them where nothing adapts)
-  int srl_adaptive{0};   ///< shadow rays per light in the adaptive stage
+  int srl_initial{
+      16};  ///< shadow rays per light in the initial stage (all of them where nothing adapts)
+  int srl_adaptive{0};  ///< shadow rays per light in the adaptive stage
 
   int srl() const { return srl_initial + srl_adaptive; }
 };
 
-/// Work done, summed over estimates. Samples that cannot contribute are not traced, so rays <= samples.
+/// Work done, summed over estimates. Samples that cannot contribute are not traced, so rays <=
+/// samples.
 struct EstimateCounters {
   std::uint64_t estimates{0};
   std::uint64_t samples{0};
@@ -64,7 +69,8 @@ struct EstimateCounters {
 
 /// Where a tile's results go. Arrays are owned by the caller and have the sizes stated.
 struct TileOutput {
-  std::span<Rgb> radiance;  ///< [pixel][estimate]: outgoing radiance by direct light [W/(m^2 sr)], own emission excluded
+  std::span<Rgb> radiance;  ///< [pixel][estimate]: outgoing radiance by direct light [W/(m^2 sr)],
+                            ///< own emission excluded
   std::span<float> maps;    ///< [pixel][estimate][map_names], or empty when maps are not asked for
   EstimateCounters counters;
 };
@@ -72,9 +78,12 @@ struct TileOutput {
 /// One estimator with its scratch memory; one object per thread.
 ///
 /// Contract of `estimate`, checked for every registered estimator by tests/:
-///  - writes every element of `out.radiance` (and of `out.maps` when not empty); 0 where the point is not valid;
-///  - same (scene, parameters, budget, tile, seed): same bits, whatever was estimated before and on any thread;
-///  - random numbers come from point sets keyed by (seed, pixel, estimate, iteration, component) only;
+///  - writes every element of `out.radiance` (and of `out.maps` when not empty); 0 where the point
+///  is not valid;
+///  - same (scene, parameters, budget, tile, seed): same bits, whatever was estimated before and on
+///  any thread;
+///  - random numbers come from point sets keyed by (seed, pixel, estimate, iteration, component)
+///  only;
 ///  - information is shared only inside the tile;
 ///  - at most (initial + adaptive) x lights samples per estimate on average;
 ///  - no allocation, lock, clock, print or exception inside;
@@ -90,24 +99,26 @@ class Estimator {
   virtual std::vector<std::string> map_names() const { return {}; }
 };
 
-/// Facts about an estimator that the harness needs, and its factory. Each estimator's folder defines one.
+/// Facts about an estimator that the harness needs, and its factory. Each estimator's folder
+/// defines one.
 struct EstimatorEntry {
   std::string_view name;
   std::string_view summary;
   std::string_view citation;
-  bool adaptive{false};    ///< uses a split budget "A-B"; a plain total is then split 1:3
-  int min_srl{1};          ///< smallest total of shadow rays per light
+  bool adaptive{false};  ///< uses a split budget "A-B"; a plain total is then split 1:3
+  int min_srl{1};        ///< smallest total of shadow rays per light
   std::span<const ParamSpec> (*params)(){nullptr};
   /// Whether E[estimate] is the exact radiance with these parameters, and why not.
   /// @return empty when unbiased, otherwise the reason in one clause
   std::string (*bias_reason)(const ParamSet&){nullptr};
-  /// Prepares for one scene and budget; the time it takes is reported apart (time_prepare_s). The scene must outlive
-  /// the estimator.
+  /// Prepares for one scene and budget; the time it takes is reported apart (time_prepare_s). The
+  /// scene must outlive the estimator.
   /// @throws InputError when a combination of parameters, budget and scene has no meaning
   std::unique_ptr<Estimator> (*create)(const Scene&, const ParamSet&, const Budget&){nullptr};
 };
 
-/// All registered estimators in the order of estimators/CMakeLists.txt; generated, so that a missing one is a link error.
+/// All registered estimators in the order of estimators/CMakeLists.txt; generated, so that a
+/// missing one is a link error.
 std::span<const EstimatorEntry* const> all_estimators();
 
 /// @return nullptr when there is none of that name

@@ -9,8 +9,8 @@
 #include <variant>
 #include <vector>
 
-/// Parameters of an estimator: declared once in a table, from which validation, `penumbra list`, defaults and
-/// error messages are derived.
+/// Parameters of an estimator: declared once in a table, from which validation, `penumbra list`,
+/// defaults and error messages are derived.
 namespace penumbra {
 
 using ParamValue = std::variant<bool, std::int64_t, double, std::string>;
@@ -42,7 +42,8 @@ class ParamSet {
 
   const Map& values() const { return values_; }
 
-  /// "name=value" of every parameter that differs from its default, comma-separated, in the table's order.
+  /// "name=value" of every parameter that differs from its default, comma-separated, in the table's
+  /// order.
   std::string differences(std::span<const ParamSpec> specs) const;
 
  private:

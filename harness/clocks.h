@@ -16,8 +16,8 @@ class Stopwatch {
   std::int64_t cpu_start_ns_;
 };
 
-/// Instructions retired in user space by this process and the threads it makes, through perf_event_open; absent where
-/// the kernel does not allow it.
+/// Instructions retired in user space by this process and the threads it makes, through
+/// perf_event_open; absent where the kernel does not allow it.
 class InstructionCounter {
  public:
   struct Reading {

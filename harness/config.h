@@ -10,12 +10,13 @@
 
 #include "estimators/params.h"
 
-/// An experiment as its config file states it (configs/README.md explains every key; the JSON Schema is
-/// configs/experiment.schema.json). Sweeps are still axes here; `expand_cells` (plan.h) makes cells of them.
+/// An experiment as its config file states it (configs/README.md explains every key; the JSON
+/// Schema is configs/experiment.schema.json). Sweeps are still axes here; `expand_cells` (plan.h)
+/// makes cells of them.
 namespace penumbra {
 
-/// Shadow rays per light of one estimate: an initial and an adaptive part; `adaptive` is 0 for estimators without.
-/// Written "16" or "4-12".
+/// Shadow rays per light of one estimate: an initial and an adaptive part; `adaptive` is 0 for
+/// estimators without. Written "16" or "4-12".
 struct Srl {
   int initial{16};
   int adaptive{0};
@@ -28,28 +29,30 @@ struct Srl {
 
 /// How the reference of a scene is rendered, when it is not found.
 struct ReferenceConfig {
-  std::string estimator{"mis"};       ///< any unbiased registered estimator except pmc_hi
+  std::string estimator{"mis"};  ///< any unbiased registered estimator except pmc_hi
   std::string sampler{"sobol"};
   ParamSet::Map params;
   Srl srl{32, 0, false};
-  int spp{64};                        ///< estimates per pixel, both halves together; even
+  int spp{64};  ///< estimates per pixel, both halves together; even
 };
 
 struct SceneConfig {
-  std::string name;                     ///< a folder of scenes/, or any label when `file` is given
-  std::filesystem::path file;           ///< resolved path of the scene file
+  std::string name;            ///< a folder of scenes/, or any label when `file` is given
+  std::filesystem::path file;  ///< resolved path of the scene file
   std::optional<std::array<int, 2>> resolution;  ///< overrides the scene's camera
-  int camera_samples{4};                ///< fixed shading points per pixel; the truth is their mean
+  int camera_samples{4};  ///< fixed shading points per pixel; the truth is their mean
   ReferenceConfig reference;
 };
 
 /// One row family of the table: an estimator with values or sweeps of its parameters.
 struct MethodConfig {
-  std::string label;                    ///< unique; names rows, files and curves
+  std::string label;  ///< unique; names rows, files and curves
   std::string estimator;
-  std::optional<std::string> sampler;   ///< pins the point set; otherwise every sampler of the experiment
-  std::vector<Srl> srl;                 ///< a sweep where more than one
-  std::map<std::string, std::vector<ParamValue>> params;  ///< a sweep where a list has more than one value
+  std::optional<std::string>
+      sampler;           ///< pins the point set; otherwise every sampler of the experiment
+  std::vector<Srl> srl;  ///< a sweep where more than one
+  std::map<std::string, std::vector<ParamValue>>
+      params;  ///< a sweep where a list has more than one value
 };
 
 /// Which number of the plan is solved for to meet the time budget.
@@ -59,21 +62,21 @@ enum class SolveFor {
 };
 
 struct BudgetConfig {
-  double time_cpu_s{0};                 ///< CPU seconds of the estimation alone
+  double time_cpu_s{0};  ///< CPU seconds of the estimation alone
   SolveFor solve_for{SolveFor::Spp};
-  int pilots{3};                        ///< pilot runs per cell and level
-  double tolerance{0.05};               ///< allowed relative miss of the realised time
+  int pilots{3};           ///< pilot runs per cell and level
+  double tolerance{0.05};  ///< allowed relative miss of the realised time
 };
 
 struct CropConfig {
   std::string name;
   std::string scene;
-  std::array<int, 4> rectangle;         ///< x, y, width, height [pixels]
+  std::array<int, 4> rectangle;  ///< x, y, width, height [pixels]
 };
 
 struct ImagesConfig {
-  bool maps{true};                      ///< maps of the estimators that have them (PMC-HI's alpha)
-  float exposure{0.0f};                 ///< stops, of the PNGs
+  bool maps{true};       ///< maps of the estimators that have them (PMC-HI's alpha)
+  float exposure{0.0f};  ///< stops, of the PNGs
   std::vector<CropConfig> crops;
 };
 
@@ -82,22 +85,23 @@ struct ExperimentConfig {
   std::string name;
   std::string summary;
   std::uint64_t seed{1};
-  int threads{0};                       ///< 0: all cores
-  int tile{16};                         ///< side of a tile [pixels], a multiple of 8
+  int threads{0};  ///< 0: all cores
+  int tile{16};    ///< side of a tile [pixels], a multiple of 8
   std::vector<SceneConfig> scenes;
   std::vector<MethodConfig> methods;
-  std::string baseline;                 ///< label; ratios are against it within scene, sampler and budget
+  std::string baseline;  ///< label; ratios are against it within scene, sampler and budget
   std::optional<std::string> tuned_baseline;  ///< label of a second baseline with a pinned sampler
   std::vector<std::string> samplers{"independent"};
-  int spp{8};                           ///< estimates per pixel, unless solved for
-  std::optional<BudgetConfig> budget;   ///< none: SPP and SRL as given
+  int spp{8};                          ///< estimates per pixel, unless solved for
+  std::optional<BudgetConfig> budget;  ///< none: SPP and SRL as given
   int blocks{5};
-  double relmse_epsilon{0.01};          ///< relMSE denominator: reference^2 + epsilon * mean(reference)^2
+  double relmse_epsilon{0.01};  ///< relMSE denominator: reference^2 + epsilon * mean(reference)^2
   ImagesConfig images;
-  std::string resolved_json;            ///< the whole config after --set, defaults included, canonical
+  std::string resolved_json;  ///< the whole config after --set, defaults included, canonical
 };
 
-/// Loads and checks a config: syntax, schema, names, parameters, scene files' existence, combinations.
+/// Loads and checks a config: syntax, schema, names, parameters, scene files' existence,
+/// combinations.
 /// @param overrides  "key.path=value" of --set; a value is JSON, or else taken as a string
 /// @throws InputError listing every fault as "file:line:col: error: /json/pointer: message"
 ExperimentConfig load_config(const std::filesystem::path& file,

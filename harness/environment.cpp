@@ -42,17 +42,18 @@ std::string environment_json(int threads, const std::string& command_line) {
   uname(&system);
   const BuildInfo& build = build_info();
   nlohmann::json json;
-  json["penumbra"] = {{"version", build.version},   {"commit", build.commit},
-                      {"compiler", build.compiler}, {"flags", build.flags},
+  json["penumbra"] = {{"version", build.version},       {"commit", build.commit},
+                      {"compiler", build.compiler},     {"flags", build.flags},
                       {"build_type", build.build_type}, {"asserts", build.asserts}};
   json["libraries"] = {{"ray_tracing", RayScene::version()}};
-  json["machine"] = {{"cpu", proc_value("/proc/cpuinfo", "model name")},
-                     {"microcode", proc_value("/proc/cpuinfo", "microcode")},
-                     {"cores", std::thread::hardware_concurrency()},
-                     {"memory", proc_value("/proc/meminfo", "MemTotal")},
-                     {"kernel", std::string(system.sysname) + " " + system.release},
-                     {"governor", first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")},
-                     {"load_average", first_line("/proc/loadavg")}};
+  json["machine"] = {
+      {"cpu", proc_value("/proc/cpuinfo", "model name")},
+      {"microcode", proc_value("/proc/cpuinfo", "microcode")},
+      {"cores", std::thread::hardware_concurrency()},
+      {"memory", proc_value("/proc/meminfo", "MemTotal")},
+      {"kernel", std::string(system.sysname) + " " + system.release},
+      {"governor", first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")},
+      {"load_average", first_line("/proc/loadavg")}};
   json["threads"] = threads;
   json["command_line"] = command_line;
   return json.dump(2) + "\n";

@@ -11,11 +11,11 @@
 #include <set>
 #include <sstream>
 
+#include "harness/atomic_file.h"
 #include "harness/build_info.h"
 #include "harness/csv.h"
 #include "harness/keys.h"
 #include "harness/metrics.h"
-#include "harness/atomic_file.h"
 #include "harness/progress.h"
 #include "harness/render.h"
 #include "harness/table_text.h"
@@ -38,7 +38,8 @@ std::string read_text(const std::filesystem::path& file) {
 // Times a stage from construction to destruction.
 class Stage {
  public:
-  Stage(std::vector<StageTime>& stages, std::string name) : stages_(stages), name_(std::move(name)) {}
+  Stage(std::vector<StageTime>& stages, std::string name)
+      : stages_(stages), name_(std::move(name)) {}
   ~Stage() { stages_.push_back({name_, watch_.wall_s()}); }
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
@@ -50,7 +51,8 @@ class Stage {
 };
 
 std::string run_id(const Cell& cell, int block) {
-  return hash_id({"run", cell.id, std::to_string(block), std::to_string(cell.spp), cell.srl.text()});
+  return hash_id(
+      {"run", cell.id, std::to_string(block), std::to_string(cell.spp), cell.srl.text()});
 }
 
 }  // namespace
@@ -72,7 +74,8 @@ Experiment::Experiment(ExperimentConfig config, RunOptions options)
       threads_(resolve_threads(config_.threads)) {
   {
     const Stage stage(stages_, "scenes and shading points");
-    for (const SceneConfig& scene : config_.scenes) scenes_.push_back(load_scene(scene, config_.tile));
+    for (const SceneConfig& scene : config_.scenes)
+      scenes_.push_back(load_scene(scene, config_.tile));
   }
   cells_ = expand_cells(config_, scenes_);
   if (!options_.only.empty()) {
@@ -215,7 +218,8 @@ RunRow Experiment::measure(const Cell& cell, int block, int order) {
   row.srl = cell.srl.total();
   row.srl_initial = cell.srl.initial;
   row.srl_adaptive = cell.srl.adaptive;
-  if (cell.params.values().count("population") != 0) row.population = cell.params.integer("population");
+  if (cell.params.values().count("population") != 0)
+    row.population = cell.params.integer("population");
   row.budget_s = cell.budget_s;
   row.block = block;
   row.seed = run_seed(config_, cell, block);
@@ -228,7 +232,8 @@ RunRow Experiment::measure(const Cell& cell, int block, int order) {
   row.order = order;
   row.reference_id = reference.id;
 
-  const RenderResult result = render(*scene.scene, scene.points, render_settings(cell, row.seed, threads_));
+  const RenderResult result =
+      render(*scene.scene, scene.points, render_settings(cell, row.seed, threads_));
   row.estimates = result.counters.estimates;
   row.rays = result.counters.rays;
   row.samples = result.counters.samples;
@@ -240,13 +245,15 @@ RunRow Experiment::measure(const Cell& cell, int block, int order) {
   row.nonfinite = result.bad_count;
   if (result.bad_count > 0 || result.counters.uncovered > 0) {
     row.status = RunStatus::Failed;
-    row.failure = result.bad_count > 0 ? fmt::format("{} estimates not finite or negative", result.bad_count)
-                                       : fmt::format("{} samples without density", result.counters.uncovered);
+    row.failure = result.bad_count > 0
+                      ? fmt::format("{} estimates not finite or negative", result.bad_count)
+                      : fmt::format("{} samples without density", result.counters.uncovered);
     write_events(row, cell, result);
     return row;
   }
   const Image image = result.image();
-  const ImageMetrics metrics = image_metrics(image.pixels, reference.halves(), config_.relmse_epsilon);
+  const ImageMetrics metrics =
+      image_metrics(image.pixels, reference.halves(), config_.relmse_epsilon);
   row.mse = metrics.mse;
   row.mse_naive = metrics.mse_naive;
   row.relmse = metrics.relmse;
@@ -264,7 +271,8 @@ void Experiment::write_events(const RunRow& row, const Cell& cell, const RenderR
   std::ofstream stream(options_.out / "events.txt", std::ios::app);
   for (const BadEstimate& bad : result.bad) {
     const std::string line = fmt::format(
-        "{} {}/{}: pixel {},{} estimate {}: ({}, {}, {}); replay: penumbra replay {} --row {} --pixel {},{}",
+        "{} {}/{}: pixel {},{} estimate {}: ({}, {}, {}); replay: penumbra replay {} --row {} "
+        "--pixel {},{}",
         row.run_id, row.scene, cell.label, bad.x, bad.y, bad.estimate, bad.value.x, bad.value.y,
         bad.value.z, options_.out.string(), row.run_id, bad.x, bad.y);
     stream << line << '\n';

@@ -11,22 +11,22 @@
 #include "harness/plan.h"
 #include "harness/reference.h"
 
-/// Running an experiment: references, plan, blocks of runs with one appended row each, pictures, tables. What the output
-/// folder already holds is not done again.
+/// Running an experiment: references, plan, blocks of runs with one appended row each, pictures,
+/// tables. What the output folder already holds is not done again.
 namespace penumbra {
 
 struct RunOptions {
   std::filesystem::path out;
-  std::string only;            ///< glob on "scene/label/sampler"; empty: all cells
-  std::string command_line;    ///< for environment.json
+  std::string only;          ///< glob on "scene/label/sampler"; empty: all cells
+  std::string command_line;  ///< for environment.json
 };
 
 /// How a run ended.
 struct RunOutcome {
   int rows_measured{0};
-  int rows_found{0};           ///< measured before
-  int rows_failed{0};          ///< of all
-  bool interrupted{false};     ///< by SIGINT or SIGTERM, after the run that was under way
+  int rows_found{0};        ///< measured before
+  int rows_failed{0};       ///< of all
+  bool interrupted{false};  ///< by SIGINT or SIGTERM, after the run that was under way
 };
 
 /// Time of each stage, in the order in which they were done.

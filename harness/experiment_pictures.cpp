@@ -46,16 +46,16 @@ void Experiment::write_pictures() {
   }
 }
 
-// The image of block 0 again, which its seed reproduces bit by bit, with the estimator's maps, which a timed run must not
-// pay for.
+// The image of block 0 again, which its seed reproduces bit by bit, with the estimator's maps,
+// which a timed run must not pay for.
 void Experiment::write_cell_pictures(const Cell& cell) {
   const LoadedScene& scene = scenes_[cell.scene];
   const Reference& reference = *references_[cell.scene];
   RenderSettings settings = render_settings(cell, run_seed(config_, cell, 0), threads_);
   settings.maps = config_.images.maps;
   const RenderResult result = render(*scene.scene, scene.points, settings);
-  const Image picture =
-      add_images(result.width, result.height, result.radiance, seen_emission(*scene.scene, scene.points));
+  const Image picture = add_images(result.width, result.height, result.radiance,
+                                   seen_emission(*scene.scene, scene.points));
   const Image reflected = result.image();
   Image error = make_image(result.width, result.height);
   for (std::size_t i = 0; i < error.pixels.size(); ++i) {
@@ -86,8 +86,11 @@ void Experiment::write_cell_pictures(const Cell& cell) {
   }
   // Last: the file whose presence says that all pictures of the cell are there.
   write_exr(image_file(cell, ".exr"), layers,
-            {{"cell", cell.id}, {"label", cell.label}, {"spp", std::to_string(cell.spp)},
-             {"srl", cell.srl.text()}, {"reference_id", reference.id}});
+            {{"cell", cell.id},
+             {"label", cell.label},
+             {"spp", std::to_string(cell.spp)},
+             {"srl", cell.srl.text()},
+             {"reference_id", reference.id}});
 }
 
 }  // namespace penumbra

@@ -21,8 +21,8 @@
 #include <system_error>
 #include <utility>
 
-#include "harness/exr_channels.h"
 #include "harness/atomic_file.h"
+#include "harness/exr_channels.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {

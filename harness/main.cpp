@@ -16,7 +16,8 @@ namespace {
 
 void add_config(CLI::App& command, ConfigOptions& options) {
   command.add_option("CONFIG", options.config, "Experiment, JSON (configs/README.md)")->required();
-  command.add_option("--set", options.overrides, "key.path=value, overrides the config; repeatable")
+  command
+      .add_option("--set", options.overrides, "key.path=value, overrides the config; repeatable")
       ->take_all()
       ->allow_extra_args(false);
 }
@@ -44,17 +45,21 @@ void add_list(CLI::App& app, Options& o) {
 }
 
 void add_config_commands(CLI::App& app, Options& o) {
-  add_config(*app.add_subcommand("validate", "Checks a config: all errors at once, with their places"),
-             o.validate);
-  add_config(*app.add_subcommand("plan", "Shows the cells of a config and predicts time and disk"), o.plan);
+  add_config(
+      *app.add_subcommand("validate", "Checks a config: all errors at once, with their places"),
+      o.validate);
+  add_config(*app.add_subcommand("plan", "Shows the cells of a config and predicts time and disk"),
+             o.plan);
 
-  CLI::App* reference = app.add_subcommand("reference", "Renders or extends the references of a config");
+  CLI::App* reference =
+      app.add_subcommand("reference", "Renders or extends the references of a config");
   add_config(*reference, o.reference.config);
   reference->add_option("--scene", o.reference.scene, "Only this scene");
   reference->add_option("--add-spp", o.reference.add_spp, "Adds this many estimates per pixel");
   reference->add_option("--threads", o.reference.threads, "0: all cores");
 
-  CLI::App* run = app.add_subcommand("run", "Runs an experiment; goes on where an earlier run of it ended");
+  CLI::App* run =
+      app.add_subcommand("run", "Runs an experiment; goes on where an earlier run of it ended");
   add_config(*run, o.run.config);
   run->add_option("--out", o.run.out, "Folder of the results [results/<name of the config>]");
   run->add_option("--only", o.run.only, "Glob on scene/label/sampler: only these cells");
@@ -63,12 +68,16 @@ void add_config_commands(CLI::App& app, Options& o) {
 
 void add_render(CLI::App& app, Options& o) {
   CLI::App* c = app.add_subcommand("render", "Renders one picture");
-  c->add_option("SCENE", o.render.scene, "Name of a scene (penumbra list scenes) or a scene file")->required();
-  c->add_option("--estimator", o.render.estimator, "Name (penumbra list estimators)")->capture_default_str();
-  c->add_option("--spp", o.render.spp, "Estimates and camera samples per pixel")->capture_default_str();
+  c->add_option("SCENE", o.render.scene, "Name of a scene (penumbra list scenes) or a scene file")
+      ->required();
+  c->add_option("--estimator", o.render.estimator, "Name (penumbra list estimators)")
+      ->capture_default_str();
+  c->add_option("--spp", o.render.spp, "Estimates and camera samples per pixel")
+      ->capture_default_str();
   c->add_option("--srl", o.render.srl, "Shadow rays per light: A, or A-B (initial-adaptive)")
       ->capture_default_str();
-  c->add_option("--sampler", o.render.sampler, "independent, stratified or sobol")->capture_default_str();
+  c->add_option("--sampler", o.render.sampler, "independent, stratified or sobol")
+      ->capture_default_str();
   c->add_option("--set", o.render.params, "name=value of an estimator's parameter; repeatable")
       ->take_all()
       ->allow_extra_args(false);
@@ -81,7 +90,8 @@ void add_render(CLI::App& app, Options& o) {
 }
 
 void add_inspect(CLI::App& app, Options& o) {
-  CLI::App* c = app.add_subcommand("inspect", "Shows what a scene has and where an estimate's time goes");
+  CLI::App* c =
+      app.add_subcommand("inspect", "Shows what a scene has and where an estimate's time goes");
   c->add_option("SCENE", o.inspect.scene)->required();
   c->add_flag("--json", o.inspect.json, "For machines");
 }
@@ -97,7 +107,8 @@ int dispatch(const CLI::App& app, Options& o) {
 }
 
 int run_main(int argc, char** argv) {
-  CLI::App app("Penumbra: benchmark and evaluation harness for direct-lighting estimators", "penumbra");
+  CLI::App app("Penumbra: benchmark and evaluation harness for direct-lighting estimators",
+               "penumbra");
   app.set_version_flag("--version", std::string(build_info().version) + " (" +
                                         std::string(build_info().commit) + ")");
   app.require_subcommand(1);

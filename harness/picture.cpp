@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <utility>
 
-#include "harness/picture_canvas.h"
 #include "harness/atomic_file.h"
+#include "harness/picture_canvas.h"
 #include "harness/picture_layout.h"
 #include "harness/tone_map.h"
 #include "scenes/core/error.h"

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "harness/keys.h"
-#include "harness/reference.h"
 #include "harness/progress.h"
+#include "harness/reference.h"
 #include "harness/render.h"
 #include "harness/statistics.h"
 #include "scenes/core/error.h"
@@ -16,7 +16,8 @@ namespace penumbra {
 namespace {
 
 // Every combination of a method's parameter axes, in the order of the axes' names.
-std::vector<ParamSet::Map> combinations(const std::map<std::string, std::vector<ParamValue>>& axes) {
+std::vector<ParamSet::Map> combinations(
+    const std::map<std::string, std::vector<ParamValue>>& axes) {
   std::vector<ParamSet::Map> result(1);
   for (const auto& [name, values] : axes) {
     std::vector<ParamSet::Map> grown;
@@ -80,25 +81,28 @@ PilotLevels levels_of(const ExperimentConfig& config, const LoadedScene& scene, 
 PlannedCell solve(const ExperimentConfig& config, const LoadedScene& scene, const Cell& cell,
                   const PilotLevels& levels, const std::vector<double>& low,
                   const std::vector<double>& high) {
-  const std::optional<TimeFit> fit = fit_time({static_cast<double>(levels.low), low},
-                                              {static_cast<double>(levels.high), high});
+  const std::optional<TimeFit> fit =
+      fit_time({static_cast<double>(levels.low), low}, {static_cast<double>(levels.high), high});
   if (!fit) {
-    throw RunError("pilot of \"" + cell.label + "\": times do not grow with the work; the machine is too noisy");
+    throw RunError("pilot of \"" + cell.label +
+                   "\": times do not grow with the work; the machine is too noisy");
   }
   const std::int64_t n = samples_for_time(*fit, config.budget->time_cpu_s).value_or(0);
   const bool solve_srl = config.budget->solve_for == SolveFor::Srl;
   const int least = solve_srl ? levels.low : scene.points.camera_samples;
   if (n < least) {
-    throw InputError(fmt::format(
-        "budget of {} s is too small for \"{}\" on scene \"{}\": it pays for {} {}, {} are the least "
-        "(about {:.2g} s)",
-        config.budget->time_cpu_s, cell.label, scene.config->name, n,
-        solve_srl ? "shadow rays per light" : "estimates per pixel", least,
-        fit->fixed_s + fit->per_sample_s * least));
+    throw InputError(
+        fmt::format("budget of {} s is too small for \"{}\" on scene \"{}\": it pays for {} {}, {} "
+                    "are the least "
+                    "(about {:.2g} s)",
+                    config.budget->time_cpu_s, cell.label, scene.config->name, n,
+                    solve_srl ? "shadow rays per light" : "estimates per pixel", least,
+                    fit->fixed_s + fit->per_sample_s * least));
   }
   const Cell solved = with_units(config, cell, static_cast<int>(n));
-  return {cell.id,      solved.spp,        solved.srl,
-          fit->fixed_s, fit->per_sample_s, fit->fixed_s + fit->per_sample_s * static_cast<double>(n)};
+  return {cell.id,           solved.spp,
+          solved.srl,        fit->fixed_s,
+          fit->per_sample_s, fit->fixed_s + fit->per_sample_s * static_cast<double>(n)};
 }
 
 }  // namespace
@@ -162,7 +166,8 @@ std::vector<PlannedCell> run_pilots(const ExperimentConfig& config,
   Progress progress("pilots", pilots * static_cast<double>(cells.size()));
   const auto measure = [&](std::size_t c, int n, int round) {
     const Cell cell = config.budget ? with_units(config, cells[c], n) : cells[c];
-    const std::uint64_t seed = hash_texts({"pilot", cell.id, std::to_string(n), std::to_string(round)});
+    const std::uint64_t seed =
+        hash_texts({"pilot", cell.id, std::to_string(n), std::to_string(round)});
     return render(*scenes[cell.scene].scene, scenes[cell.scene].points,
                   render_settings(cell, seed, threads))
         .time_cpu_s;
@@ -188,9 +193,11 @@ std::vector<PlannedCell> run_pilots(const ExperimentConfig& config,
   for (std::size_t c = 0; c < cells.size(); ++c) {
     const LoadedScene& scene = scenes[cells[c].scene];
     if (config.budget) {
-      plan.push_back(solve(config, scene, cells[c], levels_of(config, scene, cells[c]), low[c], high[c]));
+      plan.push_back(
+          solve(config, scene, cells[c], levels_of(config, scene, cells[c]), low[c], high[c]));
     } else {
-      plan.push_back({cells[c].id, cells[c].spp, cells[c].srl, 0.0, low[c][0] / cells[c].spp, low[c][0]});
+      plan.push_back(
+          {cells[c].id, cells[c].spp, cells[c].srl, 0.0, low[c][0] / cells[c].spp, low[c][0]});
     }
   }
   return plan;

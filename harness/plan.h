@@ -14,29 +14,32 @@
 /// From sweeps to cells, and from time budgets to frozen sample counts.
 namespace penumbra {
 
-/// One (scene, method, parameters, sampler, budget): a row of the table, measured once in every block.
+/// One (scene, method, parameters, sampler, budget): a row of the table, measured once in every
+/// block.
 struct Cell {
-  std::string id;                  ///< hash of all below but the numbers that a budget solves for
-  std::size_t scene{0};            ///< index in ExperimentConfig::scenes
+  std::string id;        ///< hash of all below but the numbers that a budget solves for
+  std::size_t scene{0};  ///< index in ExperimentConfig::scenes
   std::string label;
   const EstimatorEntry* estimator{nullptr};
   ParamSet params;
-  std::string params_text;         ///< parameters other than their defaults
+  std::string params_text;  ///< parameters other than their defaults
   SamplerKind sampler{SamplerKind::Independent};
-  Srl srl;                         ///< with the split that is used
+  Srl srl;  ///< with the split that is used
   int spp{1};
   std::optional<double> budget_s;  ///< CPU time to meet
 
   Budget budget() const { return {sampler, srl.initial, srl.adaptive}; }
 };
 
-/// The split of a total for an estimator: unchanged where nothing adapts, otherwise 1:3 with at least two initial rays,
-/// the paper's 4-12.
+/// The split of a total for an estimator: unchanged where nothing adapts, otherwise 1:3 with at
+/// least two initial rays, the paper's 4-12.
 Srl split_srl(int total, bool adaptive);
 
-/// All cells of an experiment in the order of the config: scenes, samplers, methods, SRL, parameters.
+/// All cells of an experiment in the order of the config: scenes, samplers, methods, SRL,
+/// parameters.
 /// @throws InputError when an estimator refuses its parameters for a scene
-std::vector<Cell> expand_cells(const ExperimentConfig& config, const std::vector<LoadedScene>& scenes);
+std::vector<Cell> expand_cells(const ExperimentConfig& config,
+                               const std::vector<LoadedScene>& scenes);
 
 /// Runs one cell once.
 RenderSettings render_settings(const Cell& cell, std::uint64_t seed, int threads);
@@ -49,13 +52,13 @@ struct PlannedCell {
   std::string id;
   int spp{1};
   Srl srl;
-  double fixed_s{0};       ///< T(n) = fixed_s + per_unit_s n, CPU time, n the number solved for
+  double fixed_s{0};  ///< T(n) = fixed_s + per_unit_s n, CPU time, n the number solved for
   double per_unit_s{0};
-  double predicted_s{0};   ///< CPU time of one run
+  double predicted_s{0};  ///< CPU time of one run
 };
 
-/// Measures the cells with pilot runs, interleaved, and solves each for its time budget. Cells without a budget get
-/// their prediction from one pilot.
+/// Measures the cells with pilot runs, interleaved, and solves each for its time budget. Cells
+/// without a budget get their prediction from one pilot.
 std::vector<PlannedCell> run_pilots(const ExperimentConfig& config,
                                     const std::vector<LoadedScene>& scenes,
                                     const std::vector<Cell>& cells);

@@ -23,9 +23,7 @@ std::string duration_text(double seconds) {
   return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
 }
 
-void warn(const std::string& message) {
-  fmt::print(stderr, "penumbra: warning: {}\n", message);
-}
+void warn(const std::string& message) { fmt::print(stderr, "penumbra: warning: {}\n", message); }
 
 void note(const std::string& message) { fmt::print(stderr, "penumbra: {}\n", message); }
 

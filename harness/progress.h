@@ -6,8 +6,8 @@
 
 namespace penumbra {
 
-/// Progress with an estimate of the time left, on stderr: one line rewritten in place on a terminal, plain lines every
-/// ten seconds otherwise.
+/// Progress with an estimate of the time left, on stderr: one line rewritten in place on a
+/// terminal, plain lines every ten seconds otherwise.
 class Progress {
  public:
   /// @param total_work  in any unit that is proportional to time

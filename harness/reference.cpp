@@ -65,7 +65,8 @@ class ReferenceJob {
     for (const nlohmann::json& entry : lineage_) next_pass_ += entry.at("passes").get<int>();
   }
 
-  // Renders passes of equal size, alternating between the halves, until there are `target` estimates per pixel.
+  // Renders passes of equal size, alternating between the halves, until there are `target`
+  // estimates per pixel.
   void run(int target) {
     const ReferenceConfig& config = scene_.config->reference;
     std::vector<ParamProblem> problems;
@@ -73,7 +74,8 @@ class ReferenceJob {
     settings.estimator = find_estimator(config.estimator);
     PN_CHECK(settings.estimator != nullptr, "the config was checked");
     settings.params = resolve_params(settings.estimator->params(), config.params, problems);
-    settings.budget = {*parse_sampler_kind(config.sampler), config.srl.initial, config.srl.adaptive};
+    settings.budget = {*parse_sampler_kind(config.sampler), config.srl.initial,
+                       config.srl.adaptive};
     settings.threads = threads_;
     settings.spp = scene_.points.camera_samples;
     const int begun = spp();
@@ -88,7 +90,8 @@ class ReferenceJob {
     Stopwatch since_save;
     while (spp() < target) {
       for (std::size_t h = 0; h < 2; ++h) {
-        settings.seed = hash_texts({"reference", id_, h == 0 ? "a" : "b", std::to_string(next_pass_)});
+        settings.seed =
+            hash_texts({"reference", id_, h == 0 ? "a" : "b", std::to_string(next_pass_)});
         const RenderResult pass = render(*scene_.scene, scene_.points, settings);
         if (pass.bad_count > 0) fail_on(pass);
         halves_[h].add(pass, settings.spp);
@@ -157,7 +160,8 @@ ExrFile read_checked(const std::filesystem::path& file, const std::string& id) {
   ExrFile exr = read_exr(file);
   for (const char* key : {"reference_id", "spp", "lineage"}) {
     if (exr.metadata.count(key) == 0) {
-      throw ReferenceError(file.string() + ": not a reference: metadata \"" + key + "\" is missing");
+      throw ReferenceError(file.string() + ": not a reference: metadata \"" + key +
+                           "\" is missing");
     }
   }
   if (exr.metadata.at("reference_id") != id) {

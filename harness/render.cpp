@@ -40,8 +40,7 @@ class Job {
       : points_(points), settings_(settings), result_(result), workers_(threads()) {
     const Stopwatch prepare;
     for (Worker& worker : workers_) {
-      worker.estimator =
-          settings.estimator->create(scene, settings.params, settings.budget);
+      worker.estimator = settings.estimator->create(scene, settings.params, settings.budget);
     }
     if (settings.maps) result.map_names = workers_[0].estimator->map_names();
     size_buffers();
@@ -76,8 +75,8 @@ class Job {
   void size_buffers() {
     std::size_t largest = 0;
     for (const TileRect& tile : points_.tiles) {
-      largest = std::max(largest, static_cast<std::size_t>(tile.width) *
-                                      static_cast<std::size_t>(tile.height));
+      largest = std::max(
+          largest, static_cast<std::size_t>(tile.width) * static_cast<std::size_t>(tile.height));
     }
     const std::size_t estimates = largest * static_cast<std::size_t>(settings_.spp);
     for (Worker& worker : workers_) {
@@ -87,9 +86,9 @@ class Job {
     }
     result_.width = points_.width;
     result_.height = points_.height;
-    result_.radiance.assign(static_cast<std::size_t>(points_.width) *
-                                static_cast<std::size_t>(points_.height),
-                            Vec3d(0.0));
+    result_.radiance.assign(
+        static_cast<std::size_t>(points_.width) * static_cast<std::size_t>(points_.height),
+        Vec3d(0.0));
     for (std::size_t m = 0; m < result_.map_names.size(); ++m) {
       result_.maps.push_back(make_scalar_image(points_.width, points_.height));
     }
@@ -141,7 +140,8 @@ class Job {
     }
   }
 
-  static void note_bad(const Tile& tile, int pixel, int estimate, const Rgb& value, Worker& worker) {
+  static void note_bad(const Tile& tile, int pixel, int estimate, const Rgb& value,
+                       Worker& worker) {
     ++worker.bad_count;
     if (worker.bad.size() >= kMaxListed) return;
     worker.bad.push_back(
@@ -192,8 +192,8 @@ std::vector<Vec3d> seen_emission(const Scene& scene, const ShadingPoints& points
     for (std::size_t i = 0; i < list.size(); ++i) {
       if (list[i].light == kNoLight) continue;
       const auto pixel = static_cast<int>(i / samples);
-      const std::size_t place = pixel_index(points.width, tile.x0 + pixel % tile.width,
-                                            tile.y0 + pixel / tile.width);
+      const std::size_t place =
+          pixel_index(points.width, tile.x0 + pixel % tile.width, tile.y0 + pixel / tile.width);
       const Light& light = scene.lights()[static_cast<std::size_t>(list[i].light)];
       emission[place] += Vec3d(light.radiance) / static_cast<double>(samples);
     }

@@ -14,10 +14,10 @@ struct RenderSettings {
   const EstimatorEntry* estimator{nullptr};
   ParamSet params;
   Budget budget;
-  int spp{1};             ///< estimates per pixel, >= camera samples
+  int spp{1};  ///< estimates per pixel, >= camera samples
   std::uint64_t seed{0};
   int threads{1};
-  bool maps{false};       ///< also the estimator's maps, which costs time
+  bool maps{false};  ///< also the estimator's maps, which costs time
 };
 
 /// A non-finite or negative estimate; never hidden.
@@ -29,27 +29,29 @@ struct BadEstimate {
 
 struct RenderResult {
   int width{0}, height{0};
-  std::vector<Vec3d> radiance;          ///< [y][x], mean reflected radiance, own emission excluded
+  std::vector<Vec3d> radiance;  ///< [y][x], mean reflected radiance, own emission excluded
   std::vector<std::string> map_names;
-  std::vector<ScalarImage> maps;        ///< means over the estimates of valid points
+  std::vector<ScalarImage> maps;  ///< means over the estimates of valid points
   EstimateCounters counters;
-  double time_wall_s{0};                ///< of the estimation alone
-  double time_cpu_s{0};                 ///< likewise, all threads
-  double time_prepare_s{0};             ///< making the estimators, one per thread
-  std::uint64_t instructions{0};        ///< in user space, 0 where the machine does not count them
-  std::uint64_t bad_count{0};           ///< estimates that are not finite or negative
-  std::vector<BadEstimate> bad;         ///< the first of them in image order, at most 100
+  double time_wall_s{0};          ///< of the estimation alone
+  double time_cpu_s{0};           ///< likewise, all threads
+  double time_prepare_s{0};       ///< making the estimators, one per thread
+  std::uint64_t instructions{0};  ///< in user space, 0 where the machine does not count them
+  std::uint64_t bad_count{0};     ///< estimates that are not finite or negative
+  std::vector<BadEstimate> bad;   ///< the first of them in image order, at most 100
 
-  Image image() const;                  ///< radiance as float
+  Image image() const;  ///< radiance as float
 };
 
-/// Runs the estimator on `settings.threads` threads. A pixel is the mean over its camera samples of the mean of the
-/// estimates made at each, so the truth does not depend on the number of estimates. The image has the same bits on any
-/// number of threads.
+/// Runs the estimator on `settings.threads` threads. A pixel is the mean over its camera samples of
+/// the mean of the estimates made at each, so the truth does not depend on the number of estimates.
+/// The image has the same bits on any number of threads.
 /// @throws InputError when the parameters have no meaning for the scene and budget
-RenderResult render(const Scene& scene, const ShadingPoints& points, const RenderSettings& settings);
+RenderResult render(const Scene& scene, const ShadingPoints& points,
+                    const RenderSettings& settings);
 
-/// Emission of the lights that the camera sees directly, as a mean over camera samples; added to pictures only.
+/// Emission of the lights that the camera sees directly, as a mean over camera samples; added to
+/// pictures only.
 std::vector<Vec3d> seen_emission(const Scene& scene, const ShadingPoints& points);
 
 /// Sum of two arrays as a float image.

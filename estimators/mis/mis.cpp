@@ -1,27 +1,31 @@
 // Multiple importance sampling of light and BSDF directions: the baseline of every comparison.
 //
-// Idea: draw a fixed number of directions from each light and from the BSDF and weight each sample by how likely the
-// other techniques were to produce it.
-// Source: Veach and Guibas 1995, "Optimally combining sampling techniques for Monte Carlo rendering".
+// Idea: draw a fixed number of directions from each light and from the BSDF and weight each sample
+// by how likely the other techniques were to produce it. Source: Veach and Guibas 1995, "Optimally
+// combining sampling techniques for Monte Carlo rendering".
 //
 // Equations, with n_k samples from density p_k (per steradian):
 //   balance  F = sum_k sum_j f(X_kj) / sum_q n_q p_q(X_kj)
 //   power-2  F = sum_k sum_j f(X_kj) n_k p_k(X_kj) / sum_q (n_q p_q(X_kj))^2
 //
 // Layouts, at SRL shadow rays per light:
-//   pairs   each light has its own ceil(SRL/2) light and floor(SRL/2) BSDF directions; a BSDF direction counts only for
-//           the light of its pair. As in pbrt's direct lighting, with one ray where pbrt counts a light and a BSDF ray.
-//   shared  one mixture: ceil(SRL/2) directions per light and floor(SRL/2) x lights BSDF directions that see all lights.
+//   pairs   each light has its own ceil(SRL/2) light and floor(SRL/2) BSDF directions; a BSDF
+//   direction counts only for
+//           the light of its pair. As in pbrt's direct lighting, with one ray where pbrt counts a
+//           light and a BSDF ray.
+//   shared  one mixture: ceil(SRL/2) directions per light and floor(SRL/2) x lights BSDF directions
+//   that see all lights.
 // Lights that can not contribute at a point (below the horizon, facing away) get no samples.
 //
 // Parameters: layout = shared, heuristic = balance, light_sampling = area.
-// Unbiased: every direction that brings light is covered by its light's own samples, and counts are fixed in advance.
-// Weak case: samples are spent on techniques that do not suit the point; narrow visible parts of a large light.
+// Unbiased: every direction that brings light is covered by its light's own samples, and counts are
+// fixed in advance. Weak case: samples are spent on techniques that do not suit the point; narrow
+// visible parts of a large light.
 
 #include <memory>
 
-#include "estimators/mixture/mixture.h"
 #include "estimators/mis/mis.h"
+#include "estimators/mixture/mixture.h"
 
 namespace penumbra::mis {
 namespace {
@@ -36,7 +40,8 @@ class Mis final : public Estimator {
         layout_(params.text("layout") == "pairs" ? Layout::Pairs : Layout::Shared),
         heuristic_(params.text("heuristic") == "power2" ? Heuristic::Power2 : Heuristic::Balance),
         mixture_(scene, light_sampling_of(params), false,
-                 static_cast<std::size_t>(budget.srl()) * std::max<std::size_t>(scene.lights().size(), 1)),
+                 static_cast<std::size_t>(budget.srl()) *
+                     std::max<std::size_t>(scene.lights().size(), 1)),
         counts_(scene.lights().size() + 2),
         coefficients_(scene.lights().size() + 2) {}
 
@@ -86,8 +91,8 @@ class Mis final : public Estimator {
     return sum / static_cast<double>(n);
   }
 
-  // Sum of f c_k h_k / sum_q (c_q h_q)^2: N times the estimate, with c_k = n_k/N. Products of two float densities
-  // can not overflow a double.
+  // Sum of f c_k h_k / sum_q (c_q h_q)^2: N times the estimate, with c_k = n_k/N. Products of two
+  // float densities can not overflow a double.
   RgbSum power2_sum(std::span<const double> coefficients) noexcept {
     RgbSum sum(0.0);
     for (std::size_t i = 0; i < mixture_.size(); ++i) {
@@ -121,7 +126,8 @@ std::span<const ParamSpec> params() {
   static const std::vector<ParamSpec> specs = {
       {.name = "layout",
        .default_value = std::string("shared"),
-       .doc = "shared: one mixture for all lights; pairs: light and BSDF samples for each light, as in pbrt",
+       .doc = "shared: one mixture for all lights; pairs: light and BSDF samples for each light, "
+              "as in pbrt",
        .choices = {"shared", "pairs"}},
       {.name = "heuristic",
        .default_value = std::string("balance"),
@@ -134,7 +140,8 @@ std::span<const ParamSpec> params() {
 
 std::string bias_reason(const ParamSet&) { return {}; }
 
-std::unique_ptr<Estimator> create(const Scene& scene, const ParamSet& params, const Budget& budget) {
+std::unique_ptr<Estimator> create(const Scene& scene, const ParamSet& params,
+                                  const Budget& budget) {
   return std::make_unique<Mis>(scene, params, budget);
 }
 
@@ -143,7 +150,8 @@ std::unique_ptr<Estimator> create(const Scene& scene, const ParamSet& params, co
 constinit const EstimatorEntry kEntry = {
     .name = "mis",
     .summary = "multiple importance sampling of lights and BSDF",
-    .citation = "Veach and Guibas 1995, Optimally combining sampling techniques for Monte Carlo rendering",
+    .citation =
+        "Veach and Guibas 1995, Optimally combining sampling techniques for Monte Carlo rendering",
     .adaptive = false,
     .min_srl = 2,
     .params = params,

@@ -29,8 +29,8 @@ void largest_remainder(std::span<const double> alpha, int total, std::uint32_t b
     counts[k] = static_cast<int>(std::floor(total * alpha[k]));
     assigned += counts[k];
   }
-  // Each remaining sample goes to the component that is owed most; among equals, to the one that a random ranking puts
-  // first, so that every one of them is equally likely.
+  // Each remaining sample goes to the component that is owed most; among equals, to the one that a
+  // random ranking puts first, so that every one of them is equally likely.
   for (; assigned < total; ++assigned) {
     std::size_t best = 0;
     double most_owed = -1e300;
@@ -77,12 +77,18 @@ void multinomial(std::span<const double> alpha, int total, const StreamKey& key,
 double half_angle(BetaRule rule, double resultant, double mean_square_angle) noexcept {
   const double r = std::min(resultant, 1.0);
   switch (rule) {
-    case BetaRule::RmsAngle: return std::sqrt(mean_square_angle);
-    case BetaRule::Chord: return std::sqrt(2.0 * (1.0 - r));
-    case BetaRule::SphericalStd: return std::sqrt(1.0 - r * r);
-    case BetaRule::PerAxisStd: return std::sqrt(0.5 * (1.0 - r * r));
-    case BetaRule::CircularStd: return std::sqrt(-2.0 * std::log(r));
-    case BetaRule::MeanAngle: return std::acos(r);
+    case BetaRule::RmsAngle:
+      return std::sqrt(mean_square_angle);
+    case BetaRule::Chord:
+      return std::sqrt(2.0 * (1.0 - r));
+    case BetaRule::SphericalStd:
+      return std::sqrt(1.0 - r * r);
+    case BetaRule::PerAxisStd:
+      return std::sqrt(0.5 * (1.0 - r * r));
+    case BetaRule::CircularStd:
+      return std::sqrt(-2.0 * std::log(r));
+    case BetaRule::MeanAngle:
+      return std::acos(r);
   }
   return 0.0;
 }
@@ -95,8 +101,10 @@ void round_counts(Rounding rounding, std::span<const double> alpha, int total, S
   switch (rounding) {
     case Rounding::LargestRemainder:
       return largest_remainder(alpha, total, random_bits(key), counts);
-    case Rounding::Systematic: return systematic(alpha, total, unit(random_bits(key)), counts);
-    case Rounding::Multinomial: return multinomial(alpha, total, key, counts);
+    case Rounding::Systematic:
+      return systematic(alpha, total, unit(random_bits(key)), counts);
+    case Rounding::Multinomial:
+      return multinomial(alpha, total, key, counts);
   }
 }
 
@@ -145,8 +153,8 @@ Cone fit_cone(const Mixture& mixture, std::size_t first, std::span<const double>
     }
     mean_square_angle /= total;
   }
-  const double beta = std::clamp(
-      rules.scale * half_angle(rules.rule, resultant, mean_square_angle), rules.min, rules.max);
+  const double beta = std::clamp(rules.scale * half_angle(rules.rule, resultant, mean_square_angle),
+                                 rules.min, rules.max);
   const double s = std::sin(0.5 * beta);
   return {Vec3(axis).normalized(), static_cast<float>(2.0 * s * s)};
 }

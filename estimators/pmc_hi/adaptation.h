@@ -6,8 +6,8 @@
 #include "estimators/mixture/mixture.h"
 #include "scenes/core/sampler.h"
 
-/// The adaptation step of PMC-HI as free functions, so that tests and microbenchmarks reach each part. Component
-/// arrays are ordered as in Mixture: lights, BSDF, cone (last).
+/// The adaptation step of PMC-HI as free functions, so that tests and microbenchmarks reach each
+/// part. Component arrays are ordered as in Mixture: lights, BSDF, cone (last).
 namespace penumbra::pmc_hi {
 
 /// How N alpha_k becomes integer counts n_k that sum to N.
@@ -19,12 +19,12 @@ enum class Rounding : std::uint8_t {
 
 /// Size of the cone from the weighted directions.
 enum class BetaRule : std::uint8_t {
-  RmsAngle,       ///< sqrt(sum w theta^2 / sum w)
-  Chord,          ///< sqrt(2 (1 - Rbar))
-  SphericalStd,   ///< sqrt(1 - Rbar^2)
-  PerAxisStd,     ///< sqrt((1 - Rbar^2)/2)
-  CircularStd,    ///< sqrt(-2 ln Rbar)
-  MeanAngle,      ///< acos(Rbar)
+  RmsAngle,      ///< sqrt(sum w theta^2 / sum w)
+  Chord,         ///< sqrt(2 (1 - Rbar))
+  SphericalStd,  ///< sqrt(1 - Rbar^2)
+  PerAxisStd,    ///< sqrt((1 - Rbar^2)/2)
+  CircularStd,   ///< sqrt(-2 ln Rbar)
+  MeanAngle,     ///< acos(Rbar)
 };
 
 /// @param alpha   mixture weights, >= 0, sum 1
@@ -34,15 +34,15 @@ enum class BetaRule : std::uint8_t {
 void round_counts(Rounding rounding, std::span<const double> alpha, int total, StreamKey key,
                   std::span<int> counts) noexcept;
 
-/// Raises every component but the last (the cone) to `minimum`, taking each time from the largest count that does not
-/// fall below its own minimum (0 for the cone). The sum stays.
+/// Raises every component but the last (the cone) to `minimum`, taking each time from the largest
+/// count that does not fall below its own minimum (0 for the cone). The sum stays.
 /// @param counts  with a sum of at least minimum x (length - 1)
 void raise_to_minimum(std::span<int> counts, int minimum) noexcept;
 
 struct ConeRules {
   BetaRule rule{BetaRule::RmsAngle};
   double scale{1.0};
-  double min{0.02};           ///< smallest half angle [rad]
+  double min{0.02};  ///< smallest half angle [rad]
   double max{1.5707963267948966};
 };
 
@@ -56,8 +56,9 @@ Cone fit_cone(const Mixture& mixture, std::size_t first, std::span<const double>
 void add_tag_sums(const Mixture& mixture, std::size_t first, std::span<const double> weights,
                   std::span<double> sums) noexcept;
 
-/// Rao-Blackwellised Eq. 6: splits each weight by the components' shares c_k h_k/K of its density. Same expectation.
-/// Source: Douc, Guillin, Marin and Robert 2007, "Convergence of adaptive mixtures of importance sampling schemes".
+/// Rao-Blackwellised Eq. 6: splits each weight by the components' shares c_k h_k/K of its density.
+/// Same expectation. Source: Douc, Guillin, Marin and Robert 2007, "Convergence of adaptive
+/// mixtures of importance sampling schemes".
 void add_posterior_sums(const Mixture& mixture, std::size_t first, std::span<const double> weights,
                         std::span<const double> coefficients, std::span<double> sums) noexcept;
 

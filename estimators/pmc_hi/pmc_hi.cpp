@@ -1,31 +1,38 @@
 // PMC-HI: population Monte Carlo sampling of the hemispherical integral at one shading point.
 //
-// Idea: draw a small population of directions from a mixture of light, BSDF and cone proposals, see which components
-// brought light, shift the mixture towards them, and draw the next population from it. Nothing is stored between points.
-// Source: Lai, Chou, Chen and Fan 2014, "Robust and efficient adaptive direct lighting estimation", The Visual Computer.
+// Idea: draw a small population of directions from a mixture of light, BSDF and cone proposals, see
+// which components brought light, shift the mixture towards them, and draw the next population from
+// it. Nothing is stored between points. Source: Lai, Chou, Chen and Fan 2014, "Robust and efficient
+// adaptive direct lighting estimation", The Visual Computer.
 //
 // Equations, numbered as there:
 //   (4)  K(w) = alpha_BSDF h_BSDF(w) + sum_l alpha_l h_l(w) + alpha_cone h_cone(w)
 //   (5)  w_i = f(w_i)/K(w_i)
 //   (6)  alpha_k = sum_{i drawn by k} w_i / sum_i w_i         of the previous population
 //   (3)  estimate = plain average of all weights of all iterations
-//   cone: axis = weighted mean direction, half angle = weighted RMS angle of the previous population.
-// Initial stage: srl_initial x lights directions with alpha_cone = 0 and the others equal. Adaptive stage:
-// srl_adaptive x lights directions in iterations of about N = 2m, m the number of components.
+//   cone: axis = weighted mean direction, half angle = weighted RMS angle of the previous
+//   population.
+// Initial stage: srl_initial x lights directions with alpha_cone = 0 and the others equal. Adaptive
+// stage: srl_adaptive x lights directions in iterations of about N = 2m, m the number of
+// components.
 //
 // Deviations from the paper, each with its reason; the literal reading is a set of switches:
-//   n_min = 1            Eq. 6 never revives a component of weight 0, so the literal method loses whole lights (-10 % on
-//                        a fixture). One sample per component but the cone keeps the support covered.
-//   denominator = counts K is formed with n_k/N, the deterministic-mixture (balance) weights for counts that are fixed
+//   n_min = 1            Eq. 6 never revives a component of weight 0, so the literal method loses
+//   whole lights (-10 % on
+//                        a fixture). One sample per component but the cone keeps the support
+//                        covered.
+//   denominator = counts K is formed with n_k/N, the deterministic-mixture (balance) weights for
+//   counts that are fixed
 //                        before drawing. With alpha_k and rounded counts the estimate is biased.
 //   cone_min_hits = 2    one hit alone gives a cone of angle 0, which then captures all samples.
 //   beta_min             smallest half angle [rad], for the same reason.
 //   Lights that can not contribute at the point are left out before the first iteration.
 // Parameters with defaults: see settings.cpp.
 //
-// Unbiased with the defaults: given the past, counts, axis and angle are constants, every light keeps a sample, random
-// numbers are fresh in each iteration, and the number of iterations is fixed in advance.
-// Weak case: small populations learn little; the cone of two widely spaced lights points between them.
+// Unbiased with the defaults: given the past, counts, axis and angle are constants, every light
+// keeps a sample, random numbers are fresh in each iteration, and the number of iterations is fixed
+// in advance. Weak case: small populations learn little; the cone of two widely spaced lights
+// points between them.
 
 #include "estimators/pmc_hi/pmc_hi.h"
 
@@ -207,7 +214,8 @@ class PmcHi final : public Estimator {
         std::span(weights_).subspan(it.first, mixture_.size() - it.first);
     const std::span<double> alpha = std::span(alpha_).first(m_);
     const std::size_t cone = m_ - 1;
-    const auto hits = std::count_if(weights.begin(), weights.end(), [](double w) { return w > 0.0; });
+    const auto hits =
+        std::count_if(weights.begin(), weights.end(), [](double w) { return w > 0.0; });
 
     const std::span<double> learned = std::span(learned_).first(m_);
     const std::span<double> evidence = std::span(evidence_).first(m_);
@@ -254,7 +262,8 @@ class PmcHi final : public Estimator {
     alpha.back() = 0.0;
   }
 
-  // The learned weights before floors, at the places of the scene's lights; 0 for lights left out at the point.
+  // The learned weights before floors, at the places of the scene's lights; 0 for lights left out
+  // at the point.
   void record_map(int t, std::span<const double> learned) noexcept {
     if (map_.empty() || t + 1 > kMapIteration) return;
     std::fill(map_.begin(), map_.end(), 0.0f);
@@ -285,8 +294,9 @@ class PmcHi final : public Estimator {
     return sum / total;
   }
 
-  // Iterations weighted by the inverse of their own sample variances: the negative control, biased. A variance far
-  // below the largest (no sample hit) is held at a thousandth of it, or the weight would be infinite.
+  // Iterations weighted by the inverse of their own sample variances: the negative control, biased.
+  // A variance far below the largest (no sample hit) is held at a thousandth of it, or the weight
+  // would be infinite.
   RgbSum inverse_variance() noexcept {
     const auto variance = [](const Iteration& it) {
       const double mean = luminance(it.sum) / it.n;
@@ -307,8 +317,8 @@ class PmcHi final : public Estimator {
     return sum / total;
   }
 
-  // Every sample over the mixture of all iterations' kernels (AMIS): the other negative control, biased.
-  // Source: Cornuet, Marin, Mira and Robert 2012, "Adaptive multiple importance sampling".
+  // Every sample over the mixture of all iterations' kernels (AMIS): the other negative control,
+  // biased. Source: Cornuet, Marin, Mira and Robert 2012, "Adaptive multiple importance sampling".
   RgbSum pooled() noexcept {
     RgbSum sum(0.0);
     for (std::size_t i = 0; i < mixture_.size(); ++i) {
@@ -320,8 +330,9 @@ class PmcHi final : public Estimator {
         const std::span<const double> c = coefficients(t);
         k += it.n * mixture_pdf_w(pdfs.first(m_ - 1), c.first(m_ - 1));
         // The cone moved between iterations; a sample's own cone holds it by construction.
-        const bool own = mixture_.component(i) == mixture_.cone_component() && i >= it.first &&
-                         (t + 1 == count_ || i < iterations_[static_cast<std::size_t>(t) + 1].first);
+        const bool own =
+            mixture_.component(i) == mixture_.cone_component() && i >= it.first &&
+            (t + 1 == count_ || i < iterations_[static_cast<std::size_t>(t) + 1].first);
         k += it.n * c[m_ - 1] *
              static_cast<double>(own ? pdfs[m_ - 1] : it.cone.pdf_w(mixture_.wi(i)));
       }
@@ -343,13 +354,14 @@ class PmcHi final : public Estimator {
   std::vector<double> learned_;
   std::vector<double> evidence_;  // numerators of Eq. 6
   std::vector<int> counts_;
-  std::vector<double> weights_;       // [sample], luminance of f/K
+  std::vector<double> weights_;  // [sample], luminance of f/K
   std::vector<Iteration> iterations_;
   std::vector<double> coefficients_;  // [iteration][component]: c_k of K
   std::span<float> map_;
 };
 
-std::unique_ptr<Estimator> create(const Scene& scene, const ParamSet& params, const Budget& budget) {
+std::unique_ptr<Estimator> create(const Scene& scene, const ParamSet& params,
+                                  const Budget& budget) {
   return std::make_unique<PmcHi>(scene, params, budget);
 }
 
@@ -357,8 +369,10 @@ std::unique_ptr<Estimator> create(const Scene& scene, const ParamSet& params, co
 
 constinit const EstimatorEntry kEntry = {
     .name = "pmc_hi",
-    .summary = "population Monte Carlo over light, BSDF and cone directions, adapted at every point",
-    .citation = "Lai, Chou, Chen and Fan 2014, Robust and efficient adaptive direct lighting estimation",
+    .summary =
+        "population Monte Carlo over light, BSDF and cone directions, adapted at every point",
+    .citation =
+        "Lai, Chou, Chen and Fan 2014, Robust and efficient adaptive direct lighting estimation",
     .adaptive = true,
     .min_srl = 2,
     .params = specs,

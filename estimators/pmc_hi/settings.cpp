@@ -55,12 +55,14 @@ std::span<const ParamSpec> specs() {
            "how N alpha becomes counts"),
       text("denominator", {"counts", "alpha"}, "mixture density from n_k/N or from alpha_k"),
       number("n_min", std::int64_t{1}, 0, 16,
-             "samples that every component but the cone gets in every iteration; 0 is the literal paper"),
+             "samples that every component but the cone gets in every iteration; 0 is the literal "
+             "paper"),
       number("alpha_floor", 0.0, 0.0, 0.5,
              "smallest weight of every component but the cone, for the alpha denominator"),
       text("update", {"tag", "rb"},
            "Eq. 6 by the component that drew a sample, or Rao-Blackwellised over all components"),
-      text("memory", {"last", "cumulative"}, "weights learned from the last or from all iterations"),
+      text("memory", {"last", "cumulative"},
+           "weights learned from the last or from all iterations"),
       text("combine", {"average", "sqrt", "last", "adaptive_only", "inverse_variance", "pooled"},
            "how iterations become one estimate; the last two are biased"),
       {.name = "cone", .default_value = true, .doc = "false leaves the cone component out"},
@@ -103,8 +105,8 @@ Settings read_settings(const ParamSet& params) {
 
 namespace {
 
-// Equal weights and at least as many samples as components: rounded counts are at least n_min and have mean N alpha,
-// but multinomial ones can be anything.
+// Equal weights and at least as many samples as components: rounded counts are at least n_min and
+// have mean N alpha, but multinomial ones can be anything.
 std::string bias_without_adaptation(const Settings& s) {
   if (s.initial == Initial::MisSplit || s.rounding != Rounding::Multinomial) return {};
   const bool raised = s.n_min > 0;
@@ -143,8 +145,9 @@ void check_budget(const Settings& s, const Budget& budget, std::size_t lights) {
   const int components = s.lights_as_one ? 2 : static_cast<int>(lights) + 1;
   if (s.alpha_floor * components > 1.0) {
     throw InputError("pmc_hi: alpha_floor = " + std::to_string(s.alpha_floor) + " for " +
-                     std::to_string(components) + " components leaves less than nothing to adapt, " +
-                     "at most " + std::to_string(1.0 / components) + " is allowed");
+                     std::to_string(components) +
+                     " components leaves less than nothing to adapt, " + "at most " +
+                     std::to_string(1.0 / components) + " is allowed");
   }
   // Random numbers are keyed by the iteration in 12 bits.
   constexpr std::size_t kMaxIterations = 4095;
@@ -157,8 +160,8 @@ void check_budget(const Settings& s, const Budget& budget, std::size_t lights) {
                      std::to_string(kMaxIterations) + " are allowed");
   }
   if (s.n_min == 0 || lights == 0) return;
-  // The tightest point has one light that can contribute: SRL samples for two components. Where more lights can, the
-  // samples grow faster than the components.
+  // The tightest point has one light that can contribute: SRL samples for two components. Where
+  // more lights can, the samples grow faster than the components.
   const int needed = 2 * s.n_min;
   const std::string where = "pmc_hi: n_min = " + std::to_string(s.n_min) + " needs ";
   const int initial = s.adapt ? budget.srl_initial : budget.srl();
@@ -171,8 +174,8 @@ void check_budget(const Settings& s, const Budget& budget, std::size_t lights) {
                      " adaptive shadow rays per light, found " +
                      std::to_string(budget.srl_adaptive));
   }
-  // Every iteration has at least a population or all adaptive rays. The automatic population, twice the components,
-  // holds n_min = 2 always and more for few lights only.
+  // Every iteration has at least a population or all adaptive rays. The automatic population, twice
+  // the components, holds n_min = 2 always and more for few lights only.
   const int population = s.population > 0 ? s.population : 2 * (components + (s.cone ? 1 : 0));
   const bool in_populations = s.adapt && !s.single_stage && budget.srl_adaptive > 0;
   if (in_populations && population < s.n_min * components) {

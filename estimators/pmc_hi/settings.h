@@ -19,8 +19,8 @@ struct Settings {
   bool lights_as_one{false};
   bool adapt{true};
   bool cone{true};
-  bool single_stage{false};       ///< one adaptive iteration with all adaptive rays
-  int population{0};              ///< samples per adaptive iteration; 0: twice the number of components
+  bool single_stage{false};  ///< one adaptive iteration with all adaptive rays
+  int population{0};         ///< samples per adaptive iteration; 0: twice the number of components
   Initial initial{Initial::Equal};
   Rounding rounding{Rounding::LargestRemainder};
   Denominator denominator{Denominator::Counts};
@@ -29,7 +29,7 @@ struct Settings {
   Update update{Update::Tag};
   bool cumulative{false};
   Combine combine{Combine::Average};
-  double alpha_cone{0.2};         ///< weight of the cone when it enters
+  double alpha_cone{0.2};  ///< weight of the cone when it enters
   int cone_min_hits{2};
   ConeRules cone_rules;
 };

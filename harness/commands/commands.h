@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-/// The subcommands of `penumbra`. Each returns its exit code; user faults are thrown as InputError and the like, and
-/// main turns them into a message and a code.
+/// The subcommands of `penumbra`. Each returns its exit code; user faults are thrown as InputError
+/// and the like, and main turns them into a message and a code.
 namespace penumbra {
 
 /// Exit codes of the program (README.md has the table).
@@ -54,18 +54,18 @@ struct RunCommandOptions {
 int run_command(const RunCommandOptions& options);
 
 struct RenderOptions {
-  std::string scene;                 ///< name of a shipped scene or a scene file
+  std::string scene;  ///< name of a shipped scene or a scene file
   std::string estimator{"mis"};
   int spp{8};
   std::string srl{"16"};
   std::string sampler{"independent"};
-  std::vector<std::string> params;   ///< "name=value"
-  std::vector<int> resolution;       ///< width, height, or empty
+  std::vector<std::string> params;  ///< "name=value"
+  std::vector<int> resolution;      ///< width, height, or empty
   std::uint64_t seed{1};
   float exposure{0.0f};
   int threads{0};
-  std::filesystem::path out;         ///< .exr or .png
-  std::filesystem::path maps;        ///< .png of the estimator's maps, or empty
+  std::filesystem::path out;   ///< .exr or .png
+  std::filesystem::path maps;  ///< .png of the estimator's maps, or empty
 };
 int render_command(const RenderOptions& options);
 

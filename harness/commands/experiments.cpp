@@ -23,7 +23,8 @@ double megabytes(double bytes) { return bytes / (1024.0 * 1024.0); }
 // Bytes that one cell leaves in the folder: its EXR layers (float, hardly compressible) and PNG.
 double picture_bytes(const LoadedScene& scene, bool maps) {
   const double pixels = static_cast<double>(scene.points.width) * scene.points.height;
-  return pixels * (9.0 + (maps ? static_cast<double>(scene.scene->lights().size()) + 2.0 : 0.0)) * 4.0;
+  return pixels * (9.0 + (maps ? static_cast<double>(scene.scene->lights().size()) + 2.0 : 0.0)) *
+         4.0;
 }
 
 }  // namespace
@@ -59,7 +60,8 @@ int plan_command(const ConfigOptions& options) {
     const std::string id = reference_id(scene);
     const auto file = find_reference_file(scene.scene->name(), id);
     fmt::print("reference of {}: {}\n", scene.config->name,
-               file ? file->string() : "to be rendered, " + std::to_string(scene.config->reference.spp) + " spp");
+               file ? file->string()
+                    : "to be rendered, " + std::to_string(scene.config->reference.spp) + " spp");
   }
   return kSuccess;
 }
@@ -74,8 +76,8 @@ int reference_command(const ReferenceOptions& options) {
     const LoadedScene scene = load_scene(scene_config, config.tile);
     const Reference reference = provide_reference(scene, threads, options.add_spp);
     const ReferenceNoise noise = reference_noise(reference.halves());
-    fmt::print("{}: {} spp, mean {:.6g}, standard error per pixel {:.3g}\n", reference.file.string(),
-               reference.spp, noise.mean, std::sqrt(noise.variance));
+    fmt::print("{}: {} spp, mean {:.6g}, standard error per pixel {:.3g}\n",
+               reference.file.string(), reference.spp, noise.mean, std::sqrt(noise.variance));
   }
   if (!found) throw InputError("the config has no scene \"" + options.scene + "\"");
   return kSuccess;

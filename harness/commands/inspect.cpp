@@ -67,8 +67,9 @@ void print_text(const Scene& scene, double load_s, const ShadingPoints& points,
                 const std::vector<TimeSplit>& splits) {
   const SceneTraits& t = scene.traits();
   fmt::print("scene {}  (content {})\n", scene.name(), scene.content_hash());
-  fmt::print("  geometry     {} triangles, {} spheres, {:.1f} kB in the ray tracer, loaded in {:.1f} ms\n",
-             t.triangles, t.spheres, static_cast<double>(t.ray_scene_bytes) / 1024.0, load_s * 1e3);
+  fmt::print(
+      "  geometry     {} triangles, {} spheres, {:.1f} kB in the ray tracer, loaded in {:.1f} ms\n",
+      t.triangles, t.spheres, static_cast<double>(t.ray_scene_bytes) / 1024.0, load_s * 1e3);
   fmt::print("  scale        {} scene units per world unit, centre ({}, {}, {}), diagonal {:.3g}\n",
              t.scale, t.center.x, t.center.y, t.center.z, t.diagonal);
   fmt::print("  materials    {}{}, sharpest glossy lobe alpha {:g}\n", t.materials,
@@ -81,9 +82,10 @@ void print_text(const Scene& scene, double load_s, const ShadingPoints& points,
                static_cast<double>(light.radiance.z), light.area / (t.scale * t.scale),
                light.two_sided ? "two-sided" : "one-sided");
   }
-  fmt::print("  camera       {} x {}, {:.1f} % of the pixel centres can reflect light\n", points.width,
-             points.height,
-             100.0 * static_cast<double>(points.valid_count) / static_cast<double>(points.points.size()));
+  fmt::print(
+      "  camera       {} x {}, {:.1f} % of the pixel centres can reflect light\n", points.width,
+      points.height,
+      100.0 * static_cast<double>(points.valid_count) / static_cast<double>(points.points.size()));
   fmt::print("\none estimate of mis at SRL {}, one thread, medians of {}:\n", kSrl, kRepetitions);
   for (const TimeSplit& s : splits) {
     fmt::print("  {:<12} {:6.0f} ns = {:.0f} ns in ray queries ({:.1f} rays) + {:.0f} ns outside\n",

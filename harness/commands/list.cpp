@@ -36,7 +36,8 @@ Json estimators_json() {
     const std::string bias = entry->bias_reason(defaults_of(*entry));
     Json params = Json::array();
     for (const ParamSpec& spec : entry->params()) {
-      Json param = {{"name", spec.name}, {"default", value_json(spec.default_value)}, {"doc", spec.doc}};
+      Json param = {
+          {"name", spec.name}, {"default", value_json(spec.default_value)}, {"doc", spec.doc}};
       if (!spec.choices.empty()) param["choices"] = spec.choices;
       if (std::isfinite(spec.min)) param["min"] = spec.min;
       if (std::isfinite(spec.max)) param["max"] = spec.max;
@@ -59,7 +60,8 @@ void print_estimators() {
     const std::string bias = entry->bias_reason(defaults_of(*entry));
     fmt::print("{}  {}\n", entry->name, entry->summary);
     fmt::print("    {}\n", entry->citation);
-    fmt::print("    {}; SRL {}, at least {}\n", bias.empty() ? "unbiased with its defaults" : "biased: " + bias,
+    fmt::print("    {}; SRL {}, at least {}\n",
+               bias.empty() ? "unbiased with its defaults" : "biased: " + bias,
                entry->adaptive ? "A-B (initial-adaptive)" : "A", entry->min_srl);
     for (const ParamSpec& spec : entry->params()) {
       fmt::print("    {:<16} {:<18} {}\n{:37}{}\n", spec.name, "= " + to_string(spec.default_value),
@@ -112,7 +114,8 @@ int list_command(const ListOptions& options) {
   if (all || options.what == "scenes") {
     if (all) fmt::print("SCENES\n");
     for (const Json& scene : scenes_json()) {
-      fmt::print("{:<22} {}\n", scene["name"].get<std::string>(), scene["summary"].get<std::string>());
+      fmt::print("{:<22} {}\n", scene["name"].get<std::string>(),
+                 scene["summary"].get<std::string>());
     }
     if (all) fmt::print("\n");
   }

@@ -78,7 +78,8 @@ RenderSettings settings_of(const RenderOptions& options) {
   return settings;
 }
 
-void write_maps(const std::filesystem::path& file, const RenderResult& result, const std::string& title) {
+void write_maps(const std::filesystem::path& file, const RenderResult& result,
+                const std::string& title) {
   if (result.maps.empty()) throw InputError("--maps: this estimator has no maps");
   std::vector<Panel> panels;
   for (std::size_t m = 0; m < result.maps.size(); ++m) {
@@ -101,7 +102,8 @@ std::filesystem::path scene_path(const std::string& scene) {
 int render_command(const RenderOptions& options) {
   const std::string extension = options.out.extension().string();
   if (extension != ".exr" && extension != ".png") {
-    throw InputError("-o: expected a file ending in .exr or .png, found \"" + options.out.string() + "\"");
+    throw InputError("-o: expected a file ending in .exr or .png, found \"" + options.out.string() +
+                     "\"");
   }
   const RenderSettings settings = settings_of(options);
   std::optional<std::array<int, 2>> resolution;
@@ -119,19 +121,22 @@ int render_command(const RenderOptions& options) {
       layers.push_back({result.map_names[m], result.maps[m]});
     }
     write_exr(options.out, layers,
-              {{"estimator", options.estimator}, {"spp", std::to_string(options.spp)},
-               {"srl", options.srl}, {"seed", std::to_string(options.seed)},
+              {{"estimator", options.estimator},
+               {"spp", std::to_string(options.spp)},
+               {"srl", options.srl},
+               {"seed", std::to_string(options.seed)},
                {"scene_hash", scene->content_hash()}});
   }
-  if (!options.maps.empty()) write_maps(options.maps, result, scene->name() + ", " + options.estimator);
+  if (!options.maps.empty())
+    write_maps(options.maps, result, scene->name() + ", " + options.estimator);
   note(fmt::format("{}: {} x {}, {} estimates, {:.1f} rays per estimate, {:.2f} s ({:.2f} s CPU)",
                    options.out.string(), result.width, result.height, result.counters.estimates,
                    static_cast<double>(result.counters.rays) /
                        static_cast<double>(std::max<std::uint64_t>(result.counters.estimates, 1)),
                    result.time_wall_s, result.time_cpu_s));
   for (const BadEstimate& bad : result.bad) {
-    warn(fmt::format("pixel {},{} estimate {} is not finite or negative: ({}, {}, {})", bad.x, bad.y,
-                     bad.estimate, bad.value.x, bad.value.y, bad.value.z));
+    warn(fmt::format("pixel {},{} estimate {} is not finite or negative: ({}, {}, {})", bad.x,
+                     bad.y, bad.estimate, bad.value.x, bad.value.y, bad.value.z));
   }
   return result.bad_count > 0 ? kRunFailure : kSuccess;
 }

@@ -112,14 +112,17 @@ struct BoundBsdf::Glossy {
 
   Value evaluate(const Vec3& wi) const noexcept {
     const Vec3 sum = wo + wi;
-    const Vec3 h = sum * (1.0f / std::sqrt(dot(sum, sum)));
+    // Directions opposite to rounding have no half vector, and no microfacet reflects one into the other.
+    const float length2 = dot(sum, sum);
+    const Vec3 h = sum * (1.0f / std::sqrt(length2));
     const float lambda_i = std::sqrt(alpha2 + (1.0f - alpha2) * wi.z * wi.z);
-    const float d = ggx(h, alpha2);
+    const float d = length2 > 0.0f ? ggx(h, alpha2) : 0.0f;
     // Height-correlated Smith masking-shadowing over 4 cos_o cos_i, times cos_i; nothing is divided by a cosine.
     // Source: Heitz 2014, "Understanding the masking-shadowing function", eq. 99.
     const float visibility_cos = 0.5f * wi.z / (wi.z * lambda_o + wo.z * lambda_i);
     // Visible normals: D G1(wo)/(4 cos_o), with cos_o cancelled.
-    return {d * visibility_cos, d / (2.0f * (wo.z + lambda_o)), std::min(dot(wo, h), 1.0f)};
+    // The order of min's arguments turns the cosine of a missing h into 1.
+    return {d * visibility_cos, d / (2.0f * (wo.z + lambda_o)), std::min(1.0f, dot(wo, h))};
   }
 
   // Source: Dupuy and Benyoub 2023, "Sampling visible GGX normals with spherical caps".

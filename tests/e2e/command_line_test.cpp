@@ -1,5 +1,6 @@
-// The real executable, as a user calls it: exit codes, files, resuming, bad input. Every test works in a project root of
-// its own (PENUMBRA_ROOT with links to the shipped scenes and configs), so nothing is written into the source tree.
+// The real executable, as a user calls it: exit codes, files, resuming, bad input. Every test works
+// in a project root of its own (PENUMBRA_ROOT with links to the shipped scenes and configs), so
+// nothing is written into the source tree.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -55,14 +56,15 @@ class CommandLine : public testing::Test {
   // Runs `penumbra <arguments>` through the shell in the test's folder.
   Outcome run(const std::string& arguments) const {
     const fs::path out = root_ / "stdout.txt";
-    const std::string command = "cd '" + root_.string() + "' && '" PENUMBRA_EXECUTABLE "' " + arguments +
-                                " >'" + out.string() + "' 2>&1";
+    const std::string command = "cd '" + root_.string() + "' && '" PENUMBRA_EXECUTABLE "' " +
+                                arguments + " >'" + out.string() + "' 2>&1";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out)};
   }
 
   // Starts a run, sends it a signal once `rows` rows are on disk, and waits for its end.
-  int run_and_signal(const std::string& config, const fs::path& out, std::size_t rows, int signal) const {
+  int run_and_signal(const std::string& config, const fs::path& out, std::size_t rows,
+                     int signal) const {
     std::fflush(nullptr);  // or the child prints what is buffered once more
     const pid_t child = fork();
     if (child == 0) {
@@ -70,7 +72,8 @@ class CommandLine : public testing::Test {
           std::freopen("/dev/null", "w", stderr) == nullptr || chdir(root_.c_str()) != 0) {
         _exit(99);
       }
-      execl(PENUMBRA_EXECUTABLE, PENUMBRA_EXECUTABLE, "run", config.c_str(), "--out", out.c_str(), nullptr);
+      execl(PENUMBRA_EXECUTABLE, PENUMBRA_EXECUTABLE, "run", config.c_str(), "--out", out.c_str(),
+            nullptr);
       _exit(99);
     }
     for (int i = 0; i < 6000 && line_count(out / "measurements.csv") < rows + 1; ++i) {
@@ -94,7 +97,8 @@ class CommandLine : public testing::Test {
 
   // The smoke config with more repetitions, so that a signal finds it in the middle.
   std::string smoke_config(const std::string& blocks) const {
-    nlohmann::json json = nlohmann::json::parse(read_text(fs::path(PENUMBRA_SOURCE_DIR) / "configs/smoke.json"));
+    nlohmann::json json =
+        nlohmann::json::parse(read_text(fs::path(PENUMBRA_SOURCE_DIR) / "configs/smoke.json"));
     json["blocks"] = std::stoi(blocks);
     return write_file("smoke.json", json.dump(2)).string();
   }
@@ -118,15 +122,44 @@ std::map<std::string, std::string> timeless_rows(const fs::path& file) {
 TEST_F(CommandLine, RunWritesTheColumnsOfTheDesign) {
   const Outcome run_outcome = run("run configs/smoke.json --out out");
   ASSERT_EQ(run_outcome.code, 0) << run_outcome.output;
-  const std::vector<std::string> measurements = {
-      "run_id", "scene", "label", "estimator", "sampler", "spp", "srl", "srl_initial", "srl_adaptive",
-      "population", "iterations", "budget_s", "block", "seed", "width", "height", "threads", "estimates",
-      "rays", "time_wall_s", "time_cpu_s", "time_prepare_s", "instructions", "mse", "mse_naive", "relmse",
-      "mape", "mean_error", "p_eff", "reference_id", "reference_share", "nonfinite", "status"};
+  const std::vector<std::string> measurements = {"run_id",
+                                                 "scene",
+                                                 "label",
+                                                 "estimator",
+                                                 "sampler",
+                                                 "spp",
+                                                 "srl",
+                                                 "srl_initial",
+                                                 "srl_adaptive",
+                                                 "population",
+                                                 "iterations",
+                                                 "budget_s",
+                                                 "block",
+                                                 "seed",
+                                                 "width",
+                                                 "height",
+                                                 "threads",
+                                                 "estimates",
+                                                 "rays",
+                                                 "time_wall_s",
+                                                 "time_cpu_s",
+                                                 "time_prepare_s",
+                                                 "instructions",
+                                                 "mse",
+                                                 "mse_naive",
+                                                 "relmse",
+                                                 "mape",
+                                                 "mean_error",
+                                                 "p_eff",
+                                                 "reference_id",
+                                                 "reference_share",
+                                                 "nonfinite",
+                                                 "status"};
   const std::vector<std::string> efficiency = {
-      "scene", "label", "estimator", "spp", "srl", "population", "n_blocks", "T_s", "err", "eff", "eff_lo",
-      "eff_hi", "ratio", "ratio_lo", "ratio_hi", "eff_cpu", "eff_rays", "eff_instructions", "bias_rel",
-      "bias_p", "verdict"};
+      "scene",    "label",    "estimator", "spp",     "srl",      "population",
+      "n_blocks", "T_s",      "err",       "eff",     "eff_lo",   "eff_hi",
+      "ratio",    "ratio_lo", "ratio_hi",  "eff_cpu", "eff_rays", "eff_instructions",
+      "bias_rel", "bias_p",   "verdict"};
   const CsvTable raw = read_csv(root_ / "out/measurements.csv");
   const CsvTable table = read_csv(root_ / "out/efficiency.csv");
   EXPECT_EQ(raw.rows.size(), 4u * 3u);
@@ -150,12 +183,14 @@ TEST_F(CommandLine, KilledRunResumesToTheRowsOfAnUninterruptedOne) {
   const std::string config = smoke_config("12");
   ASSERT_EQ(run("run smoke.json --out whole").code, 0);
   EXPECT_EQ(run_and_signal(config, root_ / "killed", 5, SIGKILL), 128 + SIGKILL);
-  ASSERT_LT(line_count(root_ / "killed/measurements.csv"), 4u * 12u + 1u) << "the kill came too late";
+  ASSERT_LT(line_count(root_ / "killed/measurements.csv"), 4u * 12u + 1u)
+      << "the kill came too late";
   // A kill in the middle of a write leaves half a line.
   std::ofstream(root_ / "killed/measurements.csv", std::ios::app) << "0123,checkerboard,MI";
   const Outcome resumed = run("run smoke.json --out killed");
   ASSERT_EQ(resumed.code, 0) << resumed.output;
-  EXPECT_EQ(timeless_rows(root_ / "killed/measurements.csv"), timeless_rows(root_ / "whole/measurements.csv"));
+  EXPECT_EQ(timeless_rows(root_ / "killed/measurements.csv"),
+            timeless_rows(root_ / "whole/measurements.csv"));
 }
 
 TEST_F(CommandLine, InterruptEndsAfterTheRunUnderWayWithCode130) {
@@ -175,21 +210,23 @@ TEST_F(CommandLine, RunRefusesAFolderOfAnotherConfig) {
 
 TEST_F(CommandLine, ValidateReportsFiveMistakesWithTheirPlaces) {
   write_file("bad.json",
-             "{\n"                                                                              // 1
-             "  \"version\": 1,\n"                                                              // 2
-             "  \"name\": \"bad\",\n"                                                           // 3
-             "  \"sed\": 3,\n"                                                                  // 4 unknown key
-             "  \"scenes\": [{\"name\": \"checkerboad\"}],\n"                                   // 5 unknown scene
-             "  \"methods\": [\n"                                                               // 6
-             "    {\"label\": \"A\", \"estimator\": \"pmc\", \"srl\": 8},\n"                    // 7 unknown estimator
-             "    {\"label\": \"B\", \"estimator\": \"mis\", \"srl\": 8, \"params\": {\"layuot\": \"pairs\"}}\n"  // 8
-             "  ],\n"                                                                           // 9
-             "  \"baseline\": \"B\",\n"                                                         // 10
-             "  \"blocks\": \"five\"\n"                                                         // 11 wrong type
+             "{\n"                                                            // 1
+             "  \"version\": 1,\n"                                            // 2
+             "  \"name\": \"bad\",\n"                                         // 3
+             "  \"sed\": 3,\n"                                                // 4 unknown key
+             "  \"scenes\": [{\"name\": \"checkerboad\"}],\n"                 // 5 unknown scene
+             "  \"methods\": [\n"                                             // 6
+             "    {\"label\": \"A\", \"estimator\": \"pmc\", \"srl\": 8},\n"  // 7 unknown estimator
+             "    {\"label\": \"B\", \"estimator\": \"mis\", \"srl\": 8, \"params\": {\"layuot\": "
+             "\"pairs\"}}\n"             // 8
+             "  ],\n"                    // 9
+             "  \"baseline\": \"B\",\n"  // 10
+             "  \"blocks\": \"five\"\n"  // 11 wrong type
              "}\n");
   const Outcome outcome = run("validate bad.json");
   EXPECT_EQ(outcome.code, 2);
-  for (const char* place : {"bad.json:4:3:", "bad.json:5:23:", "bad.json:7:33:", "bad.json:8:", "bad.json:11:13:"}) {
+  for (const char* place :
+       {"bad.json:4:3:", "bad.json:5:23:", "bad.json:7:33:", "bad.json:8:", "bad.json:11:13:"}) {
     EXPECT_NE(outcome.output.find(place), std::string::npos) << place << " in\n" << outcome.output;
   }
   for (const char* suggestion : {"seed", "checkerboard", "pmc_hi", "layout"}) {
@@ -213,7 +250,8 @@ TEST_F(CommandLine, UnwritableOutputIsARunFailure) {
 TEST_F(CommandLine, ReferenceOfAnotherSceneIsRefusedWithCode5) {
   ASSERT_EQ(run("reference configs/smoke.json").code, 0);
   fs::path file;
-  for (const fs::directory_entry& entry : fs::directory_iterator(root_ / "references")) file = entry.path();
+  for (const fs::directory_entry& entry : fs::directory_iterator(root_ / "references"))
+    file = entry.path();
   ExrFile reference = read_exr(file);
   reference.metadata["reference_id"] = "0123456789abcdef";
   write_exr(file, reference.layers, reference.metadata);
@@ -224,7 +262,8 @@ TEST_F(CommandLine, ReferenceOfAnotherSceneIsRefusedWithCode5) {
 TEST_F(CommandLine, ReferenceHasIndependentHalvesAndIsExtended) {
   ASSERT_EQ(run("reference configs/smoke.json").code, 0);
   fs::path file;
-  for (const fs::directory_entry& entry : fs::directory_iterator(root_ / "references")) file = entry.path();
+  for (const fs::directory_entry& entry : fs::directory_iterator(root_ / "references"))
+    file = entry.path();
   const ExrFile before = read_exr(file);
   EXPECT_EQ(before.metadata.at("spp"), "64");
   EXPECT_NE(before.image("half_a").pixels, before.image("half_b").pixels);
@@ -238,8 +277,9 @@ TEST_F(CommandLine, ImagesHaveTheSameBitsOnOneTwoAndFiveThreads) {
   for (const char* estimator : {"mis --srl 7", "pmc_hi --srl 4-12"}) {
     std::string first;
     for (const char* threads : {"1", "2", "5"}) {
-      const Outcome outcome = run("render checkerboard --resolution 80 45 --spp 2 --sampler sobol --estimator " +
-                                  std::string(estimator) + " --threads " + threads + " -o x.exr");
+      const Outcome outcome =
+          run("render checkerboard --resolution 80 45 --spp 2 --sampler sobol --estimator " +
+              std::string(estimator) + " --threads " + threads + " -o x.exr");
       ASSERT_EQ(outcome.code, 0) << outcome.output;
       const std::string bytes = read_text(root_ / "x.exr");
       if (first.empty()) first = bytes;

@@ -1,8 +1,7 @@
-// The parts of PMC-HI's adaptation, each against its definition: counts, cone, sums of weights, and the checks of
-// parameters that guard them.
+// The parts of PMC-HI's adaptation, each against its definition: counts, cone, sums of weights.
 //
-// Statistical tests compare means with 5 standard errors: each raises a false alarm with probability 6e-7, all
-// (about 60 comparisons) with 4e-5. Seeds are fixed.
+// Statistical tests compare means with 5 standard errors: each raises a false alarm with
+// probability 6e-7, all (about 60 comparisons) with 4e-5. Seeds are fixed.
 
 #include "estimators/pmc_hi/adaptation.h"
 
@@ -12,8 +11,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "estimators/pmc_hi/settings.h"
-#include "scenes/core/error.h"
 #include "scenes/core/warp.h"
 #include "tests/support/fixtures.h"
 
@@ -43,11 +40,11 @@ int sum(const Counts& counts) { return std::accumulate(counts.begin(), counts.en
 // Weights of 2 to 9 components, some of them 0, sum 1.
 rc::Gen<std::vector<double>> weights_gen() {
   return rc::gen::map(
-      rc::gen::suchThat(rc::gen::resize(9, rc::gen::container<std::vector<int>>(
-                                               rc::gen::inRange(0, 1000))),
-                        [](const std::vector<int>& v) {
-                          return v.size() >= 2 && std::accumulate(v.begin(), v.end(), 0) > 0;
-                        }),
+      rc::gen::suchThat(
+          rc::gen::resize(9, rc::gen::container<std::vector<int>>(rc::gen::inRange(0, 1000))),
+          [](const std::vector<int>& v) {
+            return v.size() >= 2 && std::accumulate(v.begin(), v.end(), 0) > 0;
+          }),
       [](const std::vector<int>& v) {
         std::vector<double> alpha(v.begin(), v.end());
         normalise(alpha);
@@ -87,7 +84,8 @@ RC_GTEST_PROP(RoundCounts, LargestRemainderIsANearestPointOfTheCounts, ()) {
   const std::vector<double> alpha = *weights_gen();
   const int total = *rc::gen::inRange(1, 200);
   const Counts counts = counts_of(Rounding::LargestRemainder, alpha, total);
-  // Moving one sample from i to j changes the squared distance by 2 (1 - e_i + e_j), e = counts - N alpha.
+  // Moving one sample from i to j changes the squared distance by 2 (1 - e_i + e_j), e = counts - N
+  // alpha.
   for (std::size_t i = 0; i < alpha.size(); ++i) {
     for (std::size_t j = 0; j < alpha.size(); ++j) {
       if (i == j || counts[i] == 0 || alpha[j] <= 0.0) continue;
@@ -159,8 +157,8 @@ void expect_mean_counts(Rounding rounding, const std::vector<double>& alpha, int
   }
 }
 
-// The first iteration of pmc_hi: equal weights, cone 0. Each of the equal components has to get the extra samples
-// equally often.
+// The first iteration of pmc_hi: equal weights, cone 0. Each of the equal components has to get the
+// extra samples equally often.
 TEST(RoundCounts, LargestRemainderBreaksTiesWithoutFavour) {
   const double third = 1.0 / 3.0;
   expect_mean_counts(Rounding::LargestRemainder, {third, third, third, 0.0}, 8);
@@ -200,13 +198,15 @@ TEST(Normalise, ScalesToSumOneAndRefusesASumOfZero) {
   EXPECT_FALSE(normalise(values));
 }
 
-// A point inside a two-sided luminous sphere: every direction above the horizon meets the light and is kept.
+// A point inside a two-sided luminous sphere: every direction above the horizon meets the light and
+// is kept.
 class ConeFit : public ::testing::Test {
  protected:
   ConeFit() {
     SceneDescription description;
     description.materials = {fixtures::lambert("white", 1.0)};
-    ShapeDescription sky{"sky", 0, SphereShape{{0, 0, 0}, 1.0}, EmissionDescription{Rgb(1.0f), true}};
+    ShapeDescription sky{"sky", 0, SphereShape{{0, 0, 0}, 1.0},
+                         EmissionDescription{Rgb(1.0f), true}};
     description.shapes = {sky};
     scene_ = std::make_unique<Scene>(description);
     mixture_ = std::make_unique<Mixture>(*scene_, LightSampling::Area, false, kSamples);
@@ -234,9 +234,9 @@ class ConeFit : public ::testing::Test {
 constexpr BetaRule kRules[] = {BetaRule::RmsAngle,   BetaRule::Chord,       BetaRule::SphericalStd,
                                BetaRule::PerAxisStd, BetaRule::CircularStd, BetaRule::MeanAngle};
 
-// For 1 - cos uniform in [0, h], h = 1 - cos b: E[1 - cos] = h/2 and theta^2 = 2 (1 - cos) + O(theta^4), so the RMS
-// angle is b/sqrt 2 and every rule is that times its constant, to a relative O(b^2). The axis is fitted, too, which
-// changes the mean square by 1/n.
+// For 1 - cos uniform in [0, h], h = 1 - cos b: E[1 - cos] = h/2 and theta^2 = 2 (1 - cos) +
+// O(theta^4), so the RMS angle is b/sqrt 2 and every rule is that times its constant, to a relative
+// O(b^2). The axis is fitted, too, which changes the mean square by 1/n.
 TEST_F(ConeFit, UniformDiscGivesEveryRulesConstantTimesTheRmsAngle) {
   constexpr double b = 0.1;
   draw_cone({0.3f, -0.2f, 1.0f}, b, kSamples);
@@ -264,7 +264,8 @@ TEST_F(ConeFit, RulesAgreeToThirdOrderInTheAngle) {
     double worst = 0.0;
     for (const BetaRule rule : kRules) {
       const double scale = rule == BetaRule::PerAxisStd ? std::sqrt(2.0) : 1.0;
-      worst = std::max(worst, std::abs(fitted_angle({.rule = rule, .scale = scale}, weights) - rms));
+      worst =
+          std::max(worst, std::abs(fitted_angle({.rule = rule, .scale = scale}, weights) - rms));
     }
     EXPECT_LT(worst, 0.5 * rms * rms * rms) << b;
     deviations.push_back(worst);
@@ -327,7 +328,8 @@ TEST_F(ConeFit, ScaleMultipliesTheHalfAngle) {
   EXPECT_NEAR(fitted_angle({.scale = 2.0}, weights), 2.0 * angle, 1e-6);
 }
 
-// With counts n_k = N c_k, E[sum of the weights drawn by k] = n_k int h_k f/K = E[sum of all weights times rho_k].
+// With counts n_k = N c_k, E[sum of the weights drawn by k] = n_k int h_k f/K = E[sum of all
+// weights times rho_k].
 TEST(AdaptationSums, TagAndPosteriorFormsHaveTheSameExpectation) {
   const fixtures::PlacedPoint placed = fixtures::build(fixtures::fixture('F'));
   Mixture mixture(*placed.scene, LightSampling::Area, false, 32);
@@ -361,48 +363,6 @@ TEST(AdaptationSums, TagAndPosteriorFormsHaveTheSameExpectation) {
     EXPECT_LT(kErrors * std::sqrt(square[k]), 0.1 * tag_mean[k]) << k;
   }
   EXPECT_EQ(tag_mean[3], 0.0);
-}
-
-std::string refusal(const ParamSet::Map& given, const Budget& budget, std::size_t lights) {
-  const EstimatorEntry& entry = *find_estimator("pmc_hi");
-  try {
-    check_budget(read_settings(fixtures::params_with(entry, given)), budget, lights);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
-}
-
-TEST(CheckBudget, RefusesMoreDefensiveSamplesThanAnAutomaticPopulationHolds) {
-  const ParamSet::Map three = {{"n_min", std::int64_t{3}}};
-  const Budget budget{SamplerKind::Independent, 8, 24};
-  EXPECT_EQ(refusal(three, budget, 1), "");  // population 6 for 2 components
-  EXPECT_EQ(refusal(three, budget, 2),
-            "pmc_hi: n_min = 3 needs a population of at least 9 for 3 components, found 8");
-  EXPECT_EQ(refusal({{"n_min", std::int64_t{3}}, {"population", std::int64_t{9}}}, budget, 2), "");
-  EXPECT_EQ(refusal({{"n_min", std::int64_t{3}}, {"schedule", std::string("single")}}, budget, 2), "");
-  EXPECT_EQ(refusal({{"n_min", std::int64_t{2}}}, budget, 100), "");
-}
-
-TEST(CheckBudget, RefusesFloorsThatSumToMoreThanOne) {
-  const Budget budget{SamplerKind::Independent, 4, 12};
-  EXPECT_EQ(refusal({{"alpha_floor", 0.25}}, budget, 3), "");
-  EXPECT_NE(refusal({{"alpha_floor", 0.26}}, budget, 3), "");
-  EXPECT_EQ(refusal({{"alpha_floor", 0.5}, {"light_mode", std::string("all_as_one")}}, budget, 9), "");
-}
-
-TEST(BiasReason, KnowsThatDrawnCountsCanMissAComponentWithoutAdaptation) {
-  const EstimatorEntry& entry = *find_estimator("pmc_hi");
-  const auto reason = [&](const ParamSet::Map& given) {
-    return entry.bias_reason(fixtures::params_with(entry, given));
-  };
-  const ParamValue multinomial = std::string("multinomial");
-  const ParamValue alpha = std::string("alpha");
-  const ParamValue none = std::int64_t{0};
-  EXPECT_NE(reason({{"adapt", false}, {"rounding", multinomial}, {"n_min", none}}), "");
-  EXPECT_NE(reason({{"adapt", false}, {"rounding", multinomial}, {"denominator", alpha}}), "");
-  EXPECT_EQ(reason({{"adapt", false}, {"rounding", multinomial}, {"denominator", alpha}, {"n_min", none}}), "");
-  EXPECT_EQ(reason({{"adapt", false}, {"denominator", alpha}}), "");
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
-// Every unbiased registered estimator, with its default parameters, against direct light that has a closed form.
+// Every unbiased registered estimator, with its default parameters, against direct light that has a
+// closed form.
 //
-// False alarms: all comparisons of this file together raise one with probability 1e-4 (Sidak, 200 tests: k = 5.0).
-// Closed forms are worked out here in double and share no code with the scenes or the estimators.
+// False alarms: all comparisons of this file together raise one with probability 1e-4 (Sidak, 200
+// tests: k = 5.0). Closed forms are worked out here in double and share no code with the scenes or
+// the estimators.
 
 #include <gtest/gtest.h>
 
@@ -17,8 +19,9 @@ constexpr int kFamilyTests = 200;
 constexpr std::uint64_t kEstimates = 50'000;
 constexpr double kAlbedo = 0.7;
 
-/// Irradiance from a convex one-sided polygon of radiance 1, corners counter-clockwise seen from the point, all above
-/// the horizon. Source: Lambert 1760, Photometria; E = 1/2 sum_i angle_i cos(normal, edge plane i).
+/// Irradiance from a convex one-sided polygon of radiance 1, corners counter-clockwise seen from
+/// the point, all above the horizon. Source: Lambert 1760, Photometria; E = 1/2 sum_i angle_i
+/// cos(normal, edge plane i).
 double polygon_irradiance(const std::vector<Vec3d>& corners, const Vec3d& from,
                           const Vec3d& normal) {
   double sum = 0.0;
@@ -50,7 +53,8 @@ ShapeDescription light(std::string name, Shape shape, double radiance, bool two_
   return result;
 }
 
-PlacedPoint placed(const SceneDescription& description, const Vec3d& position, const Vec3d& normal) {
+PlacedPoint placed(const SceneDescription& description, const Vec3d& position,
+                   const Vec3d& normal) {
   PlacedPoint result{std::make_unique<Scene>(description), {}};
   result.point = place(*result.scene, position, normal, normal, 0);
   return result;
@@ -77,9 +81,8 @@ void expect_radiance(const PlacedPoint& point, double exact, std::string_view la
                         test_seed(std::string(label) + std::string(entry->name)), kEstimates);
       EXPECT_TRUE(is_unbiased(run, exact, family_limit(kFamilyLevel, kFamilyTests)))
           << label << ", " << entry->name << ' ' << params.differences(entry->params()) << ": mean "
-          << run.mean << ", exact " << exact << ", z "
-          << (run.mean - exact) / run.standard_error() << ", uncovered "
-          << run.counters.uncovered << ", non-finite " << run.non_finite;
+          << run.mean << ", exact " << exact << ", z " << (run.mean - exact) / run.standard_error()
+          << ", uncovered " << run.counters.uncovered << ", non-finite " << run.non_finite;
     }
   }
 }
@@ -98,9 +101,8 @@ TEST(AnalyticFurnace, OneSidedSphereIsDarkInside) {
   scene.shapes = {light("sky", SphereShape{{0, 0, 0}, 3.0}, 2.0, false)};
   const PlacedPoint point = placed(scene, {0, 0, 0}, kUp);
   for (const EstimatorEntry* entry : all_estimators()) {
-    const RunStatistics run =
-        estimate_many(*entry, params_with(*entry, {}), {SamplerKind::Independent, 4, 12}, point, 1.0,
-                      1, 1000);
+    const RunStatistics run = estimate_many(*entry, params_with(*entry, {}),
+                                            {SamplerKind::Independent, 4, 12}, point, 1.0, 1, 1000);
     EXPECT_EQ(run.mean, 0.0) << entry->name;
     EXPECT_EQ(run.variance, 0.0) << entry->name;
   }
@@ -128,7 +130,8 @@ TEST(AnalyticRectangle, ReflectionIsLambertsPolygonFormula) {
 }
 
 TEST(AnalyticRectangle, TwoSidedLightsItsBackAndOneSidedDoesNot) {
-  const RectangleShape r{{-0.5, -0.5, 1.0}, {1, 0, 0}, {0, 1, 0}};  // normal +z, away from the point
+  const RectangleShape r{
+      {-0.5, -0.5, 1.0}, {1, 0, 0}, {0, 1, 0}};  // normal +z, away from the point
   const Vec3d position(0.1, 0.3, 0.0);
   const double exact = 2.0 * kAlbedo / M_PI * polygon_irradiance(corners_of(r), position, kUp);
   SceneDescription scene = with_materials();
@@ -140,16 +143,15 @@ TEST(AnalyticRectangle, TwoSidedLightsItsBackAndOneSidedDoesNot) {
   expect_radiance(placed(scene, {0.1, 0.3, 2.0}, -kUp), exact, "front of one-sided");
   const PlacedPoint behind = placed(scene, position, kUp);
   for (const EstimatorEntry* entry : all_estimators()) {
-    const RunStatistics run =
-        estimate_many(*entry, params_with(*entry, {}), {SamplerKind::Independent, 4, 12}, behind,
-                      1.0, 1, 1000);
+    const RunStatistics run = estimate_many(
+        *entry, params_with(*entry, {}), {SamplerKind::Independent, 4, 12}, behind, 1.0, 1, 1000);
     EXPECT_EQ(run.mean, 0.0) << entry->name;
     EXPECT_EQ(run.counters.rays, 0u) << entry->name;
   }
 }
 
-// A sphere wholly above the horizon: E = pi L sin^2(theta) cos(gamma), theta its angular radius, gamma the angle of its
-// centre to the normal.
+// A sphere wholly above the horizon: E = pi L sin^2(theta) cos(gamma), theta its angular radius,
+// gamma the angle of its centre to the normal.
 TEST(AnalyticSphere, ReflectionIsThatOfItsCone) {
   struct Place {
     const char* label;
@@ -172,8 +174,7 @@ TEST(AnalyticSphere, ReflectionIsThatOfItsCone) {
 // The faces of an axis-aligned cube as rectangles with outward normals.
 std::vector<RectangleShape> cube_faces(const Vec3d& low, double side) {
   const Vec3d x(side, 0, 0), y(0, side, 0), z(0, 0, side);
-  return {{low, y, x},     {low + z, x, y}, {low, x, z},
-          {low + y, z, x}, {low, z, y},     {low + x, y, z}};
+  return {{low, y, x}, {low + z, x, y}, {low, x, z}, {low + y, z, x}, {low, z, y}, {low + x, y, z}};
 }
 
 TEST(AnalyticMesh, LuminousCubeIsItsVisibleFacesAsAMeshAndAsRectangles) {
@@ -198,9 +199,9 @@ TEST(AnalyticMesh, LuminousCubeIsItsVisibleFacesAsAMeshAndAsRectangles) {
   expect_radiance(placed(as_rectangles, Vec3d(0.0), kUp), exact, "rectangles");
 }
 
-// A light in front of another: the small one hides part of the large one and adds its own light there. The exact value
-// is the large polygon without its shadow region plus the small polygon; the region is the small rectangle's
-// projection from the point onto the large light's plane.
+// A light in front of another: the small one hides part of the large one and adds its own light
+// there. The exact value is the large polygon without its shadow region plus the small polygon; the
+// region is the small rectangle's projection from the point onto the large light's plane.
 TEST(AnalyticOverlap, LightInFrontOfALightHidesIt) {
   constexpr double kLarge = 1.0, kSmall = 4.0;
   const RectangleShape large{{-1, -1, 2}, {0, 2, 0}, {2, 0, 0}};
@@ -209,8 +210,9 @@ TEST(AnalyticOverlap, LightInFrontOfALightHidesIt) {
   const auto irradiance = [](const RectangleShape& r) {
     return polygon_irradiance(corners_of(r), Vec3d(0.0), kUp);
   };
-  const double exact = kAlbedo / M_PI * (kLarge * (irradiance(large) - irradiance(hidden)) +
-                                         kSmall * irradiance(small));
+  const double exact =
+      kAlbedo / M_PI *
+      (kLarge * (irradiance(large) - irradiance(hidden)) + kSmall * irradiance(small));
   SceneDescription scene = with_materials();
   scene.shapes = {light("large", large, kLarge), light("small", small, kSmall)};
   expect_radiance(placed(scene, Vec3d(0.0), kUp), exact, "overlap");

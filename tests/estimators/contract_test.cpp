@@ -1,5 +1,5 @@
-// The contract of Estimator::estimate (estimators/estimator.h) for every registered estimator, with its default
-// parameters and with each choice and switch of its parameters in turn.
+// The contract of Estimator::estimate (estimators/estimator.h) for every registered estimator, with
+// its default parameters and with each choice and switch of its parameters in turn.
 
 #include <gtest/gtest.h>
 #include <tbb/enumerable_thread_specific.h>
@@ -22,7 +22,8 @@ thread_local std::uint64_t allocations = 0;
 
 void* counted_allocation(std::size_t size, std::size_t alignment) {
   ++allocations;
-  const std::size_t rounded = (std::max<std::size_t>(size, 1) + alignment - 1) / alignment * alignment;
+  const std::size_t rounded =
+      (std::max<std::size_t>(size, 1) + alignment - 1) / alignment * alignment;
   void* memory = std::aligned_alloc(alignment, rounded);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
@@ -73,16 +74,19 @@ SceneDescription contract_scene(double scale = 1.0, double lifted = 0.0) {
   SceneDescription scene;
   scene.name = "contract";
   scene.camera = {{0.0, -4.0, 2.5}, {0.0, 0.0, 0.6}, {0.0, 0.0, 1.0}, 60.0, {kWidth, kHeight}};
-  scene.materials = {lambert("grey", 0.6), lambert("black", 0.0),
+  scene.materials = {lambert("grey", 0.6),
+                     lambert("black", 0.0),
                      {"phong", PhongMaterial{Rgb(0.2f), Rgb(0.5f), 40.0f}}};
   scene.shapes.push_back(shape("floor", 2, RectangleShape{{-2, -2, 0}, {4, 0, 0}, {0, 4, 0}}));
   scene.shapes.push_back(shape("ball", 0, ball(0.3, 0.2, 0.5, 0.5)));
   scene.shapes.push_back(shape("soot", 1, ball(-1.2, -1.0, 0.3, 0.3)));
-  scene.shapes.push_back(shape(
-      "panel", 1, RectangleShape{{-1, 0, 2 + lifted}, {0, 1, 0}, {1, 0, 0}}, 3.0));
+  scene.shapes.push_back(
+      shape("panel", 1, RectangleShape{{-1, 0, 2 + lifted}, {0, 1, 0}, {1, 0, 0}}, 3.0));
   scene.shapes.push_back(shape("lamp", 1, ball(1.5, 1.0, 1.2 + lifted, 0.2), 8.0));
   TriangleMeshShape mesh;
-  mesh.vertices = {{-1.8, 1.5, 0.5 + lifted}, {-1.2, 1.8, 0.5 + lifted}, {-1.5, 1.5, 1.5 + lifted},
+  mesh.vertices = {{-1.8, 1.5, 0.5 + lifted},
+                   {-1.2, 1.8, 0.5 + lifted},
+                   {-1.5, 1.5, 1.5 + lifted},
                    {-1.5, 1.0, 0.7 + lifted}};
   mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   scene.shapes.push_back(shape("shard", 1, mesh, 2.0));
@@ -118,8 +122,8 @@ std::unique_ptr<Estimator> create(const Case& c, const Scene& scene) {
 // Runs one tile and scatters its results to the image.
 void run_tile(Estimator& estimator, const ShadingPoints& points, const TileRect& rect,
               std::uint64_t seed, bool with_maps, Image& image, EstimateCounters& counters) {
-  Tile tile{rect.x0,  rect.y0, rect.width, rect.height, points.width, points.camera_samples,
-            kSpp,     points.of(rect)};
+  Tile tile{rect.x0, rect.y0,        rect.width, rect.height, points.width, points.camera_samples,
+            kSpp,    points.of(rect)};
   const std::size_t maps = with_maps ? estimator.map_names().size() : 0;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   std::vector<Rgb> radiance(tile.estimate_count(), Rgb(nan));
@@ -211,7 +215,8 @@ TEST_P(Contract, IsZeroWherePointsAreNotValid) {
         if (points_.points[rect.first + p].valid()) continue;
         const int x = rect.x0 + pixel % rect.width;
         const int y = rect.y0 + pixel / rect.width;
-        ASSERT_TRUE(is_black(image.radiance[static_cast<std::size_t>((y * kWidth + x) * kSpp + s)]));
+        ASSERT_TRUE(
+            is_black(image.radiance[static_cast<std::size_t>((y * kWidth + x) * kSpp + s)]));
       }
     }
   }
@@ -285,7 +290,8 @@ TEST_P(Contract, StaysWithinTheBudgetAndCoversEverySample) {
             static_cast<std::uint64_t>(budget_of(c()).srl()) * scene_.lights().size() * valid);
   EXPECT_GT(image.counters.rays, 0u);
   EXPECT_LE(image.counters.rays, image.counters.samples);
-  // Biased settings may lose samples (a component of weight 0 raised to n_min), and then the counter says so.
+  // Biased settings may lose samples (a component of weight 0 raised to n_min), and then the
+  // counter says so.
   if (c().entry->bias_reason(c().params).empty()) {
     EXPECT_EQ(image.counters.uncovered, 0u);
   }

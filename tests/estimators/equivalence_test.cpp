@@ -1,5 +1,5 @@
-// PMC-HI without adaptation and with the first counts of the shared layout is the balance heuristic of MIS: the same
-// samples, densities and sums, so the same bits.
+// PMC-HI without adaptation and with the first counts of the shared layout is the balance heuristic
+// of MIS: the same samples, densities and sums, so the same bits.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,8 @@ struct Case {
 };
 
 std::string name_of(const Case& c) {
-  return std::string(to_string(c.sampler)) + "_" + c.light_sampling + "_srl" + std::to_string(c.srl);
+  return std::string(to_string(c.sampler)) + "_" + c.light_sampling + "_srl" +
+         std::to_string(c.srl);
 }
 
 void PrintTo(const Case& c, std::ostream* out) { *out << name_of(c); }
@@ -63,10 +64,9 @@ TEST_P(Equivalence, PmcHiWithoutAdaptationIsSharedMisToTheBit) {
   const Case& c = GetParam();
   const EstimatorEntry& mis = *find_estimator("mis");
   const EstimatorEntry& pmc_hi = *find_estimator("pmc_hi");
-  const ParamSet mis_params = params_with(
-      mis, {{"layout", std::string("shared")},
-            {"heuristic", std::string("balance")},
-            {"light_sampling", c.light_sampling}});
+  const ParamSet mis_params = params_with(mis, {{"layout", std::string("shared")},
+                                                {"heuristic", std::string("balance")},
+                                                {"light_sampling", c.light_sampling}});
   const ParamSet pmc_params = params_with(pmc_hi, {{"adapt", false},
                                                    {"initial", std::string("mis_split")},
                                                    {"light_sampling", c.light_sampling}});
@@ -77,16 +77,16 @@ TEST_P(Equivalence, PmcHiWithoutAdaptationIsSharedMisToTheBit) {
         render(mis, mis_params, {c.sampler, c.srl, 0}, *placed.scene, points);
     // Without adaptation the split of the budget makes no difference.
     for (const int adaptive : {0, 1, c.srl - 2}) {
-      const std::vector<Rgb> b = render(
-          pmc_hi, pmc_params, {c.sampler, c.srl - adaptive, adaptive}, *placed.scene, points);
+      const std::vector<Rgb> b = render(pmc_hi, pmc_params, {c.sampler, c.srl - adaptive, adaptive},
+                                        *placed.scene, points);
       EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(Rgb)), 0)
           << "fixture " << f.id << ", " << adaptive << " adaptive rays";
     }
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    SamplersAndBudgets, Equivalence, ::testing::ValuesIn(cases()), [](const auto& test) { return name_of(test.param); });
+INSTANTIATE_TEST_SUITE_P(SamplersAndBudgets, Equivalence, ::testing::ValuesIn(cases()),
+                         [](const auto& test) { return name_of(test.param); });
 
 }  // namespace
 }  // namespace penumbra::fixtures

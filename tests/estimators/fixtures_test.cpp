@@ -1,8 +1,10 @@
-// Every estimator in its standard settings against the six fixtures, with all samplers and light samplings.
+// Every estimator in its standard settings against the six fixtures, with all samplers and light
+// samplings.
 //
-// False alarms: each |mean - I| is compared with k standard errors, k such that all tests of this file together raise
-// a false alarm with probability 1e-4 (Sidak, 300 tests: k = 5.1). Seeds are fixed and follow from the tests' names.
-// Standard errors are 0.01 % (A) to 0.2 % (C) of I with 1e5 estimates, so a bias of 1 % is found everywhere.
+// False alarms: each |mean - I| is compared with k standard errors, k such that all tests of this
+// file together raise a false alarm with probability 1e-4 (Sidak, 300 tests: k = 5.1). Seeds are
+// fixed and follow from the tests' names. Standard errors are 0.01 % (A) to 0.2 % (C) of I with 1e5
+// estimates, so a bias of 1 % is found everywhere.
 
 #include <gtest/gtest.h>
 
@@ -67,14 +69,14 @@ void expect_unbiased(const Configuration& c, std::uint64_t estimates) {
   for (const Fixture& f : all_fixtures()) {
     const double exact = exact_radiance(f);
     const std::uint64_t seed = test_seed(std::string(1, f.id));
-    const RunStatistics run = estimate_many(entry, params_with(entry, c.params),
-                                            budget_of(entry, c.sampler), build(f), exact, seed,
-                                            estimates);
+    const RunStatistics run =
+        estimate_many(entry, params_with(entry, c.params), budget_of(entry, c.sampler), build(f),
+                      exact, seed, estimates);
     EXPECT_TRUE(is_unbiased(run, exact, limit))
         << c.name << ", fixture " << f.id << ", seed " << seed << ": mean " << run.mean
-        << ", exact " << exact << ", z " << (run.mean - exact) / run.standard_error()
-        << ", limit " << limit << ", non-finite " << run.non_finite << ", negative "
-        << run.negative << ", uncovered " << run.counters.uncovered;
+        << ", exact " << exact << ", z " << (run.mean - exact) / run.standard_error() << ", limit "
+        << limit << ", non-finite " << run.non_finite << ", negative " << run.negative
+        << ", uncovered " << run.counters.uncovered;
     EXPECT_EQ(run.n, run.counters.estimates);
     EXPECT_LE(run.counters.rays, run.counters.samples);
   }
@@ -111,10 +113,10 @@ struct Row {
   double cost[6];  // fixtures A to F
 };
 
-// The band around a printed cost: 5 % for its digits (.44 is 1 %) and the statistical error of 1e5 estimates here and
-// 2e5 there, and 10 % for one known difference of convention: the table's PMC-HI lets the cone enter again with
-// weight 0.2 whenever Eq. 6 has set its weight to 0, the estimator leaves it at 0 as Eq. 6 says. That lowers the cost
-// of A and E by 12 %.
+// The band around a printed cost: 5 % for its digits (.44 is 1 %) and the statistical error of 1e5
+// estimates here and 2e5 there, and 10 % for one known difference of convention: the table's PMC-HI
+// lets the cone enter again with weight 0.2 whenever Eq. 6 has set its weight to 0, the estimator
+// leaves it at 0 as Eq. 6 says. That lowers the cost of A and E by 12 %.
 constexpr double kCostBand = 0.15;
 
 TEST(FixturesTable, CostsAreThoseOfTheSpecification) {
@@ -132,10 +134,9 @@ TEST(FixturesTable, CostsAreThoseOfTheSpecification) {
     for (std::size_t i = 0; i < 6; ++i) {
       const Fixture& f = all_fixtures()[i];
       const double exact = exact_radiance(f);
-      const RunStatistics run =
-          estimate_many(entry, params_with(entry, row.params),
-                        budget_of(entry, SamplerKind::Independent), build(f), exact,
-                        test_seed(std::string(row.label) + f.id), 100'000);
+      const RunStatistics run = estimate_many(
+          entry, params_with(entry, row.params), budget_of(entry, SamplerKind::Independent),
+          build(f), exact, test_seed(std::string(row.label) + f.id), 100'000);
       const double cost = run.cost(exact);
       std::printf("%-14s %c       %+7.3f  (%.3f)   %-8.4g        %.4g\n", row.label, f.id,
                   100.0 * run.bias(exact), 100.0 * run.standard_error() / exact, cost, row.cost[i]);

@@ -1,8 +1,8 @@
-// Settings of pmc_hi that are known to be biased must fail the very test that the unbiased ones pass: the test has
-// power, and the bias is the one that the specification measured.
+// Settings of pmc_hi that are known to be biased must fail the very test that the unbiased ones
+// pass: the test has power, and the bias is the one that the specification measured.
 //
-// False alarms of the positive cases: 1e-4 for all tests of this file together (Sidak, 150 tests: k = 5.0). Seeds are
-// fixed and follow from the tests' names.
+// False alarms of the positive cases: 1e-4 for all tests of this file together (Sidak, 150 tests: k
+// = 5.0). Seeds are fixed and follow from the tests' names.
 
 #include <gtest/gtest.h>
 
@@ -43,7 +43,8 @@ ParamSet::Map with(ParamSet::Map base, const ParamSet::Map& more) {
   return base;
 }
 
-/// @param printed  bias in the specification's table [%], or kNotMarked where its convention differs
+/// @param printed  bias in the specification's table [%], or kNotMarked where its convention
+/// differs
 /// @param band     allowed distance from it, relative
 void expect_biased(const char* label, char id, const ParamSet::Map& params, double printed,
                    double band = 0.1, std::uint64_t estimates = 100'000) {
@@ -70,8 +71,9 @@ TEST(NegativeControls, LiteralPaperLosesTheSmallVisibleLight) {
   expect_biased("literal", 'F', literal(), -1.0);
 }
 
-// On A the table has -1.4: there the cone enters again with weight 0.2 after Eq. 6 has set its weight to 0, which adds
-// iterations with rounded counts. With that convention this implementation gives -1.43 (se 0.01).
+// On A the table has -1.4: there the cone enters again with weight 0.2 after Eq. 6 has set its
+// weight to 0, which adds iterations with rounded counts. With that convention this implementation
+// gives -1.43 (se 0.01).
 TEST(NegativeControls, X1RoundedCountsWithAlphaDenominators) {
   const ParamSet::Map x1 = with(literal(), {{"denominator", Text("alpha")}});
   expect_biased("X1", 'A', x1, kNotMarked);
@@ -86,9 +88,8 @@ TEST(NegativeControls, X2SystematicCountsWithCountDenominators) {
 }
 
 TEST(NegativeControls, MultinomialWithAlphaButNoFloorStarvesLights) {
-  const ParamSet::Map multinomial = {{"rounding", Text("multinomial")},
-                                     {"denominator", Text("alpha")},
-                                     {"n_min", Integer{0}}};
+  const ParamSet::Map multinomial = {
+      {"rounding", Text("multinomial")}, {"denominator", Text("alpha")}, {"n_min", Integer{0}}};
   expect_biased("multinomial, no floor", 'A', multinomial, -6.3);
   expect_biased("multinomial, no floor", 'B', multinomial, -10.8);
 }
@@ -99,8 +100,8 @@ TEST(NegativeControls, InverseVarianceCombinationFollowsItsOwnEstimates) {
   expect_biased("inverse_variance", 'C', params, -80.6);
 }
 
-// The table's value for C was measured with the literal cone, whose density about a single hit is huge; the default
-// cone needs two hits and does less harm.
+// The table's value for C was measured with the literal cone, whose density about a single hit is
+// huge; the default cone needs two hits and does less harm.
 TEST(NegativeControls, PooledDenominatorsDependOnEarlierSamples) {
   const ParamSet::Map params = {{"combine", Text("pooled")}};
   expect_biased("pooled", 'B', params, -5.3);
@@ -174,7 +175,8 @@ class PositiveControls : public ::testing::TestWithParam<Variant> {};
 TEST_P(PositiveControls, PassTheTestThatTheNegativeOnesFail) {
   expect_unbiased(GetParam(), "BF", 30'000);
 }
-INSTANTIATE_TEST_SUITE_P(PmcHi, PositiveControls, ::testing::ValuesIn(unbiased_variants()), name_of);
+INSTANTIATE_TEST_SUITE_P(PmcHi, PositiveControls, ::testing::ValuesIn(unbiased_variants()),
+                         name_of);
 
 class PositiveControlsLong : public ::testing::TestWithParam<Variant> {};
 TEST_P(PositiveControlsLong, PassTheTestThatTheNegativeOnesFail) {

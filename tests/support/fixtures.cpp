@@ -69,9 +69,22 @@ const std::vector<Fixture>& all_fixtures() {
   const Vec3d to_nothing = Vec3d(1.0, -0.2, 0.8).normalized();
   static const std::vector<Fixture> table = {
       {'A', "open diffuse", 0.5, 0.0, 1.0, up, {}, 0.039850},
-      {'B', "small light 10 % visible", 0.5, 0.0, 1.0, up, {{-0.85, -0.67, -0.35, -0.15}}, 0.018539},
-      {'C', "large light 20 % strip, small hidden", 0.5, 0.0, 1.0, up,
-       {{-0.4, 0.4, 0.75, 1.15}, {-0.9, -0.6, -0.4, -0.1}}, 0.002054},
+      {'B',
+       "small light 10 % visible",
+       0.5,
+       0.0,
+       1.0,
+       up,
+       {{-0.85, -0.67, -0.35, -0.15}},
+       0.018539},
+      {'C',
+       "large light 20 % strip, small hidden",
+       0.5,
+       0.0,
+       1.0,
+       up,
+       {{-0.4, 0.4, 0.75, 1.15}, {-0.9, -0.6, -0.4, -0.1}},
+       0.002054},
       {'D', "glossy reflects large light", 0.05, 0.45, 200.0, to_large, {}, 0.298214},
       {'E', "glossy reflects nothing", 0.05, 0.45, 200.0, to_nothing, {}, 0.003985},
       {'F', "rough glossy reflects large light", 0.05, 0.45, 20.0, to_large, {}, 0.120316},
@@ -107,8 +120,8 @@ PlacedPoint build(const Fixture& f) {
   scene.shapes.push_back(
       facing_down("small", 0, kFixtureLights[1].box, kLightHeight, kFixtureLights[1].radiance));
   for (const Box& box : f.occluders) {
-    scene.shapes.push_back(
-        facing_down("occluder" + std::to_string(scene.shapes.size()), 0, box, kOccluderHeight, 0.0));
+    scene.shapes.push_back(facing_down("occluder" + std::to_string(scene.shapes.size()), 0, box,
+                                       kOccluderHeight, 0.0));
   }
   PlacedPoint placed{std::make_unique<Scene>(scene), {}};
   const Vec3d wo(-f.mirror.x, -f.mirror.y, f.mirror.z);

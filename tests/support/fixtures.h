@@ -11,10 +11,10 @@
 #include "scenes/core/scene.h"
 #include "scenes/core/scene_description.h"
 
-/// Six shading points with known radiance, and runs of many estimates at one point, for the tests of the estimators.
-/// Two lights in the plane z = 2 face down, black rectangles in the plane z = 1 hide parts of them, and the point is
-/// the origin with normal +z. Nothing is below z = 1, so no ray can meet the point's own surface.
-/// Source: docs/algorithms.md, section 7.
+/// Six shading points with known radiance, and runs of many estimates at one point, for the tests
+/// of the estimators. Two lights in the plane z = 2 face down, black rectangles in the plane z = 1
+/// hide parts of them, and the point is the origin with normal +z. Nothing is below z = 1, so no
+/// ray can meet the point's own surface. Source: docs/algorithms.md, section 7.
 namespace penumbra::fixtures {
 
 /// Axis-aligned rectangle in a plane of constant z.
@@ -40,15 +40,16 @@ struct Fixture {
   double diffuse, specular, exponent;  ///< kd, ks, s
   Vec3d mirror;                        ///< unit direction that the lobe reflects to
   std::vector<Box> occluders;
-  double printed;                      ///< radiance as the specification prints it, six decimals
+  double printed;  ///< radiance as the specification prints it, six decimals
 };
 
 const std::vector<Fixture>& all_fixtures();
 /// @param id  'A' to 'F'
 const Fixture& fixture(char id);
 
-/// Radiance by the midpoint rule on 1500 x 1500 cells per light, in double, with closed-form visibility: it shares no
-/// code with the estimators. The shadows' edges lie on cell borders. Computed once per fixture.
+/// Radiance by the midpoint rule on 1500 x 1500 cells per light, in double, with closed-form
+/// visibility: it shares no code with the estimators. The shadows' edges lie on cell borders.
+/// Computed once per fixture.
 double exact_radiance(const Fixture& fixture);
 
 /// A scene with one shading point. Scenes are not movable, hence the pointer.
@@ -87,19 +88,19 @@ struct RunStatistics {
   double cost(double exact) const;
 };
 
-/// Makes `count` independent estimates of one point through the public interface: 256 pixels see the same point, each
-/// with as many estimates as needed.
+/// Makes `count` independent estimates of one point through the public interface: 256 pixels see
+/// the same point, each with as many estimates as needed.
 /// @param exact  about which errors are squared
 RunStatistics estimate_many(const EstimatorEntry& entry, const ParamSet& params,
                             const Budget& budget, const PlacedPoint& placed, double exact,
                             std::uint64_t seed, std::uint64_t count);
 
-/// The unbiasedness test of all positive and negative cases: all estimates finite and not negative, nothing uncovered,
-/// mean within `limit` standard errors of the exact value.
+/// The unbiasedness test of all positive and negative cases: all estimates finite and not negative,
+/// nothing uncovered, mean within `limit` standard errors of the exact value.
 bool is_unbiased(const RunStatistics& run, double exact, double limit);
 
-/// Two-sided normal quantile at which `tests` independent tests raise a false alarm with probability
-/// `family_level` in all (Sidak).
+/// Two-sided normal quantile at which `tests` independent tests raise a false alarm with
+/// probability `family_level` in all (Sidak).
 double family_limit(double family_level, int tests);
 
 /// Seed from a text, e.g. a test's full name (FNV-1a, 64 bits).
