@@ -33,7 +33,8 @@ void to_world(const Frame& frame, const VectorBlock& local, std::size_t at, std:
   }
 }
 
-// A direction's own density is the one it was drawn with, which need not round like the one evaluated.
+// A direction's own density is the one it was drawn with, which need not round like the one
+// evaluated.
 void take_own_pdf(const Block<int>& component, int own, const Block<float>& own_pdf,
                   std::size_t count, Block<float>& __restrict pdf) noexcept {
   for (std::size_t i = 0; i < whole_groups(count); ++i) {
@@ -72,7 +73,8 @@ bool Mixture::set_up(const ShadingPoint& point) noexcept {
   const std::span<const Light> lights = scene_->lights();
   LightProposal proposal;
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    if (!proposal.set_up(lights[i], light_sampling_, point.position, point.geometric_normal)) continue;
+    if (!proposal.set_up(lights[i], light_sampling_, point.position, point.geometric_normal))
+      continue;
     active_.push_back(proposal);
     active_ids_.push_back(static_cast<std::uint32_t>(i));
   }
@@ -103,8 +105,9 @@ void Mixture::draw(SamplerKind sampler, StreamKey key, std::span<const int> coun
   trace(first);
 }
 
-// Streams: a light's scene index; then all lights as one or the BSDF for all lights; the cone; the BSDF of each
-// light's pair. Lights that are left out at a point do not shift the numbers of the others.
+// Streams: a light's scene index; then all lights as one or the BSDF for all lights; the cone; the
+// BSDF of each light's pair. Lights that are left out at a point do not shift the numbers of the
+// others.
 StreamKey Mixture::stream(StreamKey key, int component) const noexcept {
   const auto lights = static_cast<std::uint32_t>(scene_->lights().size());
   const std::uint32_t* active_id = active_ids_.data() + first_light_;
@@ -146,8 +149,8 @@ void Mixture::draw_component(SamplerKind sampler, const StreamKey& key, int comp
   }
 }
 
-// The functions draw_... put directions in world and local coordinates, and their own densities except the BSDF's, into
-// the lanes behind the last.
+// The functions draw_... put directions in world and local coordinates, and their own densities
+// except the BSDF's, into the lanes behind the last.
 void Mixture::draw_light(const LightProposal& light, std::size_t count) noexcept {
   light.sample(drawn_.variates, count, drawn_.count, drawn_.wi, drawn_.own_pdf);
   to_local(frame_, drawn_.wi, drawn_.count, count, drawn_.wi_local);
@@ -187,7 +190,8 @@ void Mixture::draw_cone(std::size_t count) noexcept {
   to_local(frame_, drawn_.wi, drawn_.count, count, drawn_.wi_local);
 }
 
-// Densities of all light components, and in any_light_pdf a number that is positive where one of them is.
+// Densities of all light components, and in any_light_pdf a number that is positive where one of
+// them is.
 void Mixture::fill_light_pdfs() noexcept {
   const std::size_t count = drawn_.count;
   const std::size_t lanes = whole_groups(count);
@@ -206,7 +210,8 @@ void Mixture::fill_light_pdfs() noexcept {
   sum = light_pdfs_[0];
 }
 
-// Lanes above the horizon that meet a light's surface: no other direction brings light, whatever else is in the scene.
+// Lanes above the horizon that meet a light's surface: no other direction brings light, whatever
+// else is in the scene.
 std::size_t Mixture::list_survivors() noexcept {
   const Vec3 normal = point_.geometric_normal;
   std::size_t survivors = 0;
@@ -252,12 +257,12 @@ void Mixture::trace(std::size_t first) noexcept {
   counters_.rays += rays_.size();
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     const std::int32_t light = scene_->emitter(rays_.hits[i], wi_[first + i]);
-    const bool counts =
-        light != kNoLight &&
-        (!restricted_ || static_cast<std::uint32_t>(light) ==
-                             active_ids_[static_cast<std::size_t>(first_light_)]);
-    f_[first + i] = counts ? f_[first + i] * scene_->lights()[static_cast<std::size_t>(light)].radiance
-                           : Rgb(0.0f);
+    const bool counts = light != kNoLight &&
+                        (!restricted_ || static_cast<std::uint32_t>(light) ==
+                                             active_ids_[static_cast<std::size_t>(first_light_)]);
+    f_[first + i] = counts
+                        ? f_[first + i] * scene_->lights()[static_cast<std::size_t>(light)].radiance
+                        : Rgb(0.0f);
   }
 }
 

@@ -7,9 +7,10 @@
 #include "estimators/estimator.h"
 #include "scenes/core/block.h"
 
-/// The multi-sample mixture that `mis` and `pmc_hi` share: one component per light (or one for all lights), one for the
-/// BSDF, and an optional cone. It draws directions, evaluates every component's density for each, and traces them as
-/// one batch. What weights the samples get is the estimator's business.
+/// The multi-sample mixture that `mis` and `pmc_hi` share: one component per light (or one for all
+/// lights), one for the BSDF, and an optional cone. It draws directions, evaluates every
+/// component's density for each, and traces them as one batch. What weights the samples get is the
+/// estimator's business.
 namespace penumbra {
 
 /// Double-precision RGB, for sums and weights.
@@ -33,7 +34,8 @@ struct Cone {
   float pdf_w(const Vec3& wi) const noexcept;
 };
 
-/// Components are numbered lights first (those that can contribute at the point), then BSDF, then cone.
+/// Components are numbered lights first (those that can contribute at the point), then BSDF, then
+/// cone.
 class Mixture {
  public:
   /// @param lights_as_one  one component that draws a light uniformly, instead of one per light
@@ -41,28 +43,32 @@ class Mixture {
   Mixture(const Scene& scene, LightSampling light_sampling, bool lights_as_one,
           std::size_t max_samples);
 
-  /// Binds the mixture to a point: sets up the lights that can contribute there and drops the cone and all samples.
+  /// Binds the mixture to a point: sets up the lights that can contribute there and drops the cone
+  /// and all samples.
   /// @return false where no light can contribute, so that the radiance is exactly 0
   bool set_up(const ShadingPoint& point) noexcept;
 
   /// Lights that can contribute at the point.
   int active_lights() const noexcept { return static_cast<int>(active_.size()); }
   /// Scene index of active light i.
-  std::uint32_t light_index(int i) const noexcept { return active_ids_[static_cast<std::size_t>(i)]; }
+  std::uint32_t light_index(int i) const noexcept {
+    return active_ids_[static_cast<std::size_t>(i)];
+  }
 
   int light_components() const noexcept { return lights_as_one_ ? 1 : last_light_ - first_light_; }
   int bsdf_component() const noexcept { return light_components(); }
   int cone_component() const noexcept { return light_components() + 1; }
   int components() const noexcept { return light_components() + 2; }
 
-  /// Leaves only active light i in the mixture: its samples and light that arrives from it. The BSDF component then
-  /// has random numbers of its own per light. -1 restores all lights.
+  /// Leaves only active light i in the mixture: its samples and light that arrives from it. The
+  /// BSDF component then has random numbers of its own per light. -1 restores all lights.
   void restrict_to_light(int i) noexcept;
 
   Cone& cone() noexcept { return cone_; }
 
-  /// Draws counts[k] directions from component k, traces those that can contribute and appends them to the samples.
-  /// A direction that meets no light's surface, lies below the horizon or has black f has value 0 and is not kept.
+  /// Draws counts[k] directions from component k, traces those that can contribute and appends them
+  /// to the samples. A direction that meets no light's surface, lies below the horizon or has black
+  /// f has value 0 and is not kept.
   /// @param key     seed, pixel, estimate and iteration; the component is filled in
   /// @param counts  [component]
   void draw(SamplerKind sampler, StreamKey key, std::span<const int> counts) noexcept;
@@ -73,7 +79,8 @@ class Mixture {
   /// Integrand: arriving radiance x BSDF x cosine.
   const Rgb& f(std::size_t i) const noexcept { return f_[i]; }
   int component(std::size_t i) const noexcept { return component_[i]; }
-  /// Density of every component in the direction of sample i [1/sr]; its own is the one it was drawn with.
+  /// Density of every component in the direction of sample i [1/sr]; its own is the one it was
+  /// drawn with.
   std::span<const float> pdfs(std::size_t i) const noexcept {
     const auto m = static_cast<std::size_t>(components());
     return {&pdfs_[i * max_components_], m};
@@ -136,21 +143,26 @@ class Mixture {
 };
 
 /// Density of the mixture with coefficients c_k at one sample: K = sum_k c_k h_k [1/sr].
-inline double mixture_pdf_w(std::span<const float> pdfs, std::span<const double> coefficients) noexcept {
+inline double mixture_pdf_w(std::span<const float> pdfs,
+                            std::span<const double> coefficients) noexcept {
   double sum = 0.0;
-  for (std::size_t k = 0; k < pdfs.size(); ++k) sum += coefficients[k] * static_cast<double>(pdfs[k]);
+  for (std::size_t k = 0; k < pdfs.size(); ++k)
+    sum += coefficients[k] * static_cast<double>(pdfs[k]);
   return sum;
 }
 
-/// Sum over samples [first, mixture.size()) of f/K with K = sum_k (n_k/N) h_k: N times the balance-heuristic estimate.
-/// A sample with f > 0 and K = 0 is counted as uncovered and adds nothing.
-RgbSum balance_sum(Mixture& mixture, std::size_t first, std::span<const double> coefficients) noexcept;
+/// Sum over samples [first, mixture.size()) of f/K with K = sum_k (n_k/N) h_k: N times the
+/// balance-heuristic estimate. A sample with f > 0 and K = 0 is counted as uncovered and adds
+/// nothing.
+RgbSum balance_sum(Mixture& mixture, std::size_t first,
+                   std::span<const double> coefficients) noexcept;
 
-/// Counts of the shared MIS layout: half of each light's shadow rays for the light, the other half pooled for the BSDF;
-/// an odd one goes to the light.
+/// Counts of the shared MIS layout: half of each light's shadow rays for the light, the other half
+/// pooled for the BSDF; an odd one goes to the light.
 /// @param counts  [component]; filled for light components and BSDF, cone 0
 /// @return the sum of the counts
-int shared_mis_counts(int srl, int active_lights, int light_components, std::span<int> counts) noexcept;
+int shared_mis_counts(int srl, int active_lights, int light_components,
+                      std::span<int> counts) noexcept;
 
 /// The parameter `light_sampling` and its value: how directions towards a light are drawn.
 ParamSpec light_sampling_param();

@@ -6,16 +6,16 @@
 
 #include "scenes/core/vec.h"
 
-/// Directions are drawn and evaluated in blocks, structure of arrays: loops over the lanes of a block are plain
-/// arithmetic without branches, which the compiler turns into vector instructions. Each loop shares its formula, an
-/// inline function, with the scalar form of the same operation.
+/// Directions are drawn and evaluated in blocks, structure of arrays: loops over the lanes of a
+/// block are plain arithmetic without branches, which the compiler turns into vector instructions.
+/// Each loop shares its formula, an inline function, with the scalar form of the same operation.
 namespace penumbra {
 
 inline constexpr std::size_t kBlock = 64;     ///< most directions in a block
 inline constexpr std::size_t kLaneGroup = 8;  ///< a multiple of every vector's lanes
 
-/// Loops run over whole groups, so that no rest is left for scalar code. What they put into the lanes behind the last
-/// direction has no meaning.
+/// Loops run over whole groups, so that no rest is left for scalar code. What they put into the
+/// lanes behind the last direction has no meaning.
 constexpr std::size_t whole_groups(std::size_t count) noexcept {
   return (count + kLaneGroup - 1) & ~(kLaneGroup - 1);
 }

@@ -14,8 +14,8 @@ constexpr float kOneMinusEpsilon = 1.0f - 0x1p-24f;
 
 float mean(const Rgb& c) { return (c.x + c.y + c.z) / 3.0f; }
 
-// Share of the glossy lobe in sampling: its share of the energy at normal incidence, kept away from 0 and 1 so that
-// both lobes cover their part of the integrand.
+// Share of the glossy lobe in sampling: its share of the energy at normal incidence, kept away from
+// 0 and 1 so that both lobes cover their part of the integrand.
 float glossy_share(const Rgb& glossy, const Rgb& diffuse) {
   const float total = mean(glossy) + mean(diffuse);
   return total > 0.0f ? std::clamp(mean(glossy) / total, 0.05f, 0.95f) : 0.5f;
@@ -30,7 +30,8 @@ inline float fresnel_channel(float cos_theta, float eta, float k) noexcept {
   const float t0 = eta2 - k2 - sin2;
   const float product = 4.0f * eta2 * k2;
   const float a2_plus_b2 = std::sqrt(t0 * t0 + product);
-  // (a2_plus_b2 + t0)/2, in the form that does not cancel: (a2_plus_b2 + t0)(a2_plus_b2 - t0) = 4 eta^2 k^2.
+  // (a2_plus_b2 + t0)/2, in the form that does not cancel: (a2_plus_b2 + t0)(a2_plus_b2 - t0) = 4
+  // eta^2 k^2.
   const float larger = a2_plus_b2 + std::abs(t0);
   const float small_a2 = 0.5f * product / std::max(larger, 1e-30f);
   const float a2 = t0 > 0.0f ? 0.5f * larger : small_a2;
@@ -72,7 +73,8 @@ Bsdf::Bsdf(const MaterialDescription& material) {
     diffuse_ = phong->diffuse;
     specular_ = phong->specular;
     exponent_ = phong->exponent;
-    // kd/(kd + ks) as the fixtures of the estimators state it, without a floor: a lobe of weight 0 is not drawn.
+    // kd/(kd + ks) as the fixtures of the estimators state it, without a floor: a lobe of weight 0
+    // is not drawn.
     const float total = mean(diffuse_) + mean(specular_);
     glossy_probability_ = total > 0.0f ? mean(specular_) / total : 0.0f;
   } else {
@@ -91,7 +93,8 @@ bool Bsdf::is_black() const noexcept {
   return penumbra::is_black(diffuse_) && penumbra::is_black(specular_);
 }
 
-BoundBsdf::BoundBsdf(const Bsdf& bsdf, const Vec3& wo_local) noexcept : bsdf_(&bsdf), wo_(wo_local) {
+BoundBsdf::BoundBsdf(const Bsdf& bsdf, const Vec3& wo_local) noexcept
+    : bsdf_(&bsdf), wo_(wo_local) {
   const float alpha2 = bsdf.alpha_ * bsdf.alpha_;
   lambda_o_ = std::sqrt(alpha2 + (1.0f - alpha2) * wo_.z * wo_.z);
   if (bsdf.has_glossy()) {
@@ -105,20 +108,21 @@ struct BoundBsdf::Glossy {
   float alpha, alpha2, lambda_o;
 
   struct Value {
-    float f_cos;    // without Fresnel and tint
+    float f_cos;  // without Fresnel and tint
     float pdf_w;
-    float cosine;   // between wo and the microfacet's normal
+    float cosine;  // between wo and the microfacet's normal
   };
 
   Value evaluate(const Vec3& wi) const noexcept {
     const Vec3 sum = wo + wi;
-    // Directions opposite to rounding have no half vector, and no microfacet reflects one into the other.
+    // Directions opposite to rounding have no half vector, and no microfacet reflects one into the
+    // other.
     const float length2 = dot(sum, sum);
     const Vec3 h = sum * (1.0f / std::sqrt(length2));
     const float lambda_i = std::sqrt(alpha2 + (1.0f - alpha2) * wi.z * wi.z);
     const float d = length2 > 0.0f ? ggx(h, alpha2) : 0.0f;
-    // Height-correlated Smith masking-shadowing over 4 cos_o cos_i, times cos_i; nothing is divided by a cosine.
-    // Source: Heitz 2014, "Understanding the masking-shadowing function", eq. 99.
+    // Height-correlated Smith masking-shadowing over 4 cos_o cos_i, times cos_i; nothing is divided
+    // by a cosine. Source: Heitz 2014, "Understanding the masking-shadowing function", eq. 99.
     const float visibility_cos = 0.5f * wi.z / (wi.z * lambda_o + wo.z * lambda_i);
     // Visible normals: D G1(wo)/(4 cos_o), with cos_o cancelled.
     // The order of min's arguments turns the cosine of a missing h into 1.
@@ -133,7 +137,8 @@ struct BoundBsdf::Glossy {
     const Vec3 cap(sin_theta * phi.cosine, sin_theta * phi.sine, 1.0f - depth);
     const Vec3 h_std = cap + stretched;
     const Vec3 h(alpha * h_std.x, alpha * h_std.y, std::max(h_std.z, 0.0f));
-    // 2 (wo.n) n - wo for the normal n along h; a null h gives no number, which is not above the horizon.
+    // 2 (wo.n) n - wo for the normal n along h; a null h gives no number, which is not above the
+    // horizon.
     return h * (2.0f * dot(wo, h) / dot(h, h)) - wo;
   }
 };
@@ -206,7 +211,8 @@ BsdfValue BoundBsdf::evaluate_phong(const Vec3& wi) const noexcept {
   const float cosine = dot(mirror, wi);
   float lobe = 0.0f;
   if (p > 0.0f && cosine > 0.0f) {
-    // Next to the mirror direction 1 - cos comes from the chord: a large power magnifies the rounding of the cosine.
+    // Next to the mirror direction 1 - cos comes from the chord: a large power magnifies the
+    // rounding of the cosine.
     const float log_cosine =
         cosine > 0.5f ? std::log1p(-0.5f * (mirror - wi).length2()) : std::log(cosine);
     lobe = std::exp(s * log_cosine) / (2.0f * kPi);

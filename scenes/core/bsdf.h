@@ -7,8 +7,9 @@
 #include "scenes/core/scene_description.h"
 #include "scenes/core/vec.h"
 
-/// Reflection of a surface. Local frame: z is the shading normal, turned to the side of the viewer; `wo` (towards the
-/// viewer) and `wi` (towards the light) both point away from the surface and are unit vectors.
+/// Reflection of a surface. Local frame: z is the shading normal, turned to the side of the viewer;
+/// `wo` (towards the viewer) and `wi` (towards the light) both point away from the surface and are
+/// unit vectors.
 namespace penumbra {
 
 enum class BsdfType : std::uint8_t { Lambert, Conductor, Phong, Mixture };
@@ -19,7 +20,8 @@ struct BsdfValue {
   float pdf_w{0.0f};  ///< density of `BoundBsdf::sample` [1/sr]; 0 below the horizon
 };
 
-/// A material's reflection with its constants worked out; immutable, shared by all points of the material.
+/// A material's reflection with its constants worked out; immutable, shared by all points of the
+/// material.
 class Bsdf {
  public:
   explicit Bsdf(const MaterialDescription& material);
@@ -36,8 +38,8 @@ class Bsdf {
   friend class BoundBsdf;
 
   BsdfType type_;
-  Rgb diffuse_{0.0f};          // reflectance of the diffuse lobe, weight included
-  Rgb specular_{0.0f};         // tint of the glossy or Phong lobe, weight included
+  Rgb diffuse_{0.0f};   // reflectance of the diffuse lobe, weight included
+  Rgb specular_{0.0f};  // tint of the glossy or Phong lobe, weight included
   Rgb eta_{1.0f}, k_{0.0f};
   float alpha_{1.0f};
   float exponent_{1.0f};
@@ -61,7 +63,8 @@ class BoundBsdf {
   void evaluate(const VectorBlock& wi_local, std::size_t count, VectorBlock& f_cos,
                 Block<float>& pdf) const noexcept;
 
-  /// `sample` for points [0, count), into the lanes from `at` on; a draw below the horizon has no positive z.
+  /// `sample` for points [0, count), into the lanes from `at` on; a draw below the horizon has no
+  /// positive z.
   void sample(const VariateBlock& variates, std::size_t count, std::size_t at,
               VectorBlock& wi_local) const noexcept;
 
@@ -79,7 +82,8 @@ class BoundBsdf {
   const Bsdf* bsdf_;
   Vec3 wo_;
   Vec3 stretched_{0.0f, 0.0f, 1.0f};  // wo in the space where the microfacets are a hemisphere
-  float lambda_o_{0};  // sqrt(alpha^2 + (1 - alpha^2) cos^2(theta_o)), shared by masking and density
+  float lambda_o_{
+      0};  // sqrt(alpha^2 + (1 - alpha^2) cos^2(theta_o)), shared by masking and density
 };
 
 /// Fresnel reflectance of a conductor against vacuum, unpolarised.
@@ -87,9 +91,9 @@ class BoundBsdf {
 /// Source: Born and Wolf, "Principles of Optics", section 14.4.
 Rgb conductor_fresnel(float cos_theta, const Rgb& eta, const Rgb& k) noexcept;
 
-/// GGX distribution of microfacet normals, per steradian of h. In terms of the components of h rather than its cosine:
-/// 1 - cos^2 has no digits left for alpha below 1e-3.
-/// Source: Walter et al. 2007, "Microfacet models for refraction through rough surfaces", eq. 33.
+/// GGX distribution of microfacet normals, per steradian of h. In terms of the components of h
+/// rather than its cosine: 1 - cos^2 has no digits left for alpha below 1e-3. Source: Walter et al.
+/// 2007, "Microfacet models for refraction through rough surfaces", eq. 33.
 float ggx_distribution(const Vec3& h_local, float alpha) noexcept;
 
 }  // namespace penumbra

@@ -9,15 +9,16 @@ namespace penumbra {
 class Camera {
  public:
   Camera() = default;
-  /// @param description  in scene space (normalised), position != look_at, up not parallel to the view
+  /// @param description  in scene space (normalised), position != look_at, up not parallel to the
+  /// view
   explicit Camera(const CameraDescription& description);
 
   int width() const noexcept { return width_; }
   int height() const noexcept { return height_; }
   const Vec3& position() const noexcept { return position_; }
 
-  /// Unit direction of the ray through a point of the image; x to the right, y downwards, in pixels, so that the centre
-  /// of the first pixel is (0.5, 0.5).
+  /// Unit direction of the ray through a point of the image; x to the right, y downwards, in
+  /// pixels, so that the centre of the first pixel is (0.5, 0.5).
   Vec3 direction(float x, float y) const noexcept {
     return (forward_ + right_ * (x * scale_ - half_width_) - up_ * (y * scale_ - half_height_))
         .normalized();

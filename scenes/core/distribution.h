@@ -40,8 +40,8 @@ class PiecewiseConstant1D {
   explicit PiecewiseConstant1D(std::span<const double> values) : cells_(values) {}
 
   struct Sample {
-    float x;              ///< in [0, 1)
-    double pdf;           ///< per unit length
+    float x;     ///< in [0, 1)
+    double pdf;  ///< per unit length
     std::uint32_t cell;
   };
 
@@ -59,7 +59,8 @@ class PiecewiseConstant1D {
   DiscreteDistribution cells_;
 };
 
-/// Piecewise-constant density over [0, 1)^2 on a regular grid: a marginal over rows, then a conditional per row.
+/// Piecewise-constant density over [0, 1)^2 on a regular grid: a marginal over rows, then a
+/// conditional per row.
 class PiecewiseConstant2D {
  public:
   PiecewiseConstant2D() = default;

@@ -12,7 +12,8 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A fault of the machine while a valid job runs: unwritable output, disk full, unreadable image. Exit code 4.
+/// A fault of the machine while a valid job runs: unwritable output, disk full, unreadable image.
+/// Exit code 4.
 class RunError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -31,8 +32,8 @@ class ReferenceError : public std::runtime_error {
 }  // namespace penumbra
 
 /// A programmer's fault that is cheap to test: always on.
-#define PN_CHECK(condition, message)                                                    \
-  do {                                                                                  \
+#define PN_CHECK(condition, message)                                                     \
+  do {                                                                                   \
     if (!(condition)) ::penumbra::check_failed(__FILE__, __LINE__, #condition, message); \
   } while (false)
 

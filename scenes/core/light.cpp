@@ -9,11 +9,12 @@
 namespace penumbra {
 namespace {
 
-// Below this solid angle [sr] the spherical rectangle is flat to rounding and uniform area sampling is as good; the
-// choice depends on the point only, so sampling and density agree.
+// Below this solid angle [sr] the spherical rectangle is flat to rounding and uniform area sampling
+// is as good; the choice depends on the point only, so sampling and density agree.
 constexpr double kMinSphericalRectangle = 1e-5;
 
-// Möller-Trumbore for a ray from the origin; returns the distance along the unit direction, or 0 for a miss.
+// Möller-Trumbore for a ray from the origin; returns the distance along the unit direction, or 0
+// for a miss.
 float intersect_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& wi) noexcept {
   const Vec3 e1 = b - a;
   const Vec3 e2 = c - a;
@@ -80,8 +81,9 @@ bool LightProposal::set_up_rectangle(LightSampling sampling) noexcept {
   mode_ = Mode::RectangleArea;
   if (sampling == LightSampling::Area) return std::isfinite(inv_area_height_);
 
-  // Spherical rectangle. Source: Urena, Fajardo and King 2013, "An area-preserving parametrization for spherical
-  // rectangles". The solid angle is a sum of arcsines instead of arccosines minus 2 pi, which cancels.
+  // Spherical rectangle. Source: Urena, Fajardo and King 2013, "An area-preserving parametrization
+  // for spherical rectangles". The solid angle is a sum of arcsines instead of arccosines minus 2
+  // pi, which cancels.
   axis_x_ = Vec3d(light.edge_u).normalized();
   axis_y_ = Vec3d(light.edge_v).normalized();
   axis_z_ = axis_x_.cross(axis_y_);
@@ -154,18 +156,23 @@ struct LightProposal::Rectangle {
     const float v = dot(p, edge_v) * inv_length2_v;
     const float pdf = by_area ? t * t * t * inv_area_height : pdf_constant;
     // A slope of 0 or away from the plane gives no density, whatever was divided by it.
-    const bool meets = (height * slope > 0.0f) & (u >= 0.0f) & (u <= 1.0f) & (v >= 0.0f) & (v <= 1.0f);
+    const bool meets =
+        (height * slope > 0.0f) & (u >= 0.0f) & (u <= 1.0f) & (v >= 0.0f) & (v <= 1.0f);
     return meets ? pdf : 0.0f;
   }
 };
 
 LightProposal::Rectangle LightProposal::rectangle() const noexcept {
-  return {to_origin_, light_->edge_u, light_->edge_v, light_->normal, height_, inv_length2_u_,
-          inv_length2_v_, inv_area_height_, pdf_constant_, mode_ == Mode::RectangleArea};
+  return {to_origin_,     light_->edge_u,
+          light_->edge_v, light_->normal,
+          height_,        inv_length2_u_,
+          inv_length2_v_, inv_area_height_,
+          pdf_constant_,  mode_ == Mode::RectangleArea};
 }
 
 void LightProposal::sample(const VariateBlock& variates, std::size_t count, std::size_t at,
-                           VectorBlock& __restrict wi, Block<float>& __restrict pdf) const noexcept {
+                           VectorBlock& __restrict wi,
+                           Block<float>& __restrict pdf) const noexcept {
   if (mode_ == Mode::RectangleArea) {
     const Rectangle shape = rectangle();
     for (std::size_t i = 0; i < whole_groups(count); ++i) {
@@ -198,13 +205,17 @@ std::optional<LightSample> LightProposal::sample(const Variates& variates) const
   const Light& light = *light_;
   const Vec2& u = variates.u;
   switch (mode_) {
-    case Mode::RectangleArea: return rectangle().sample_area(u.x, u.y);
-    case Mode::RectangleAngle: return sample_rectangle_angle(u);
+    case Mode::RectangleArea:
+      return rectangle().sample_area(u.x, u.y);
+    case Mode::RectangleAngle:
+      return sample_rectangle_angle(u);
     case Mode::SphereCone:
       return LightSample{Frame(axis_).to_world(sample_uniform_cone(u, one_minus_cos_)),
                          pdf_constant_};
-    case Mode::SphereInside: return LightSample{sample_uniform_sphere(u), pdf_constant_};
-    case Mode::Mesh: break;
+    case Mode::SphereInside:
+      return LightSample{sample_uniform_sphere(u), pdf_constant_};
+    case Mode::Mesh:
+      break;
   }
   const DiscreteDistribution::Choice choice = light.triangle_areas.sample(variates.choice);
   const Vec3* triangle = &light.vertices[std::size_t{choice.index} * 3];
@@ -224,8 +235,7 @@ LightSample LightProposal::sample_rectangle_angle(const Vec2& u) const noexcept 
   const double au = static_cast<double>(u.x) * solid_angle_ + k_;
   const double sin_au = std::sin(au);
   const double fu = (std::cos(au) * b0_ - b1_) / sin_au;
-  const double cu =
-      std::clamp(std::copysign(1.0, fu) / std::sqrt(fu * fu + b0_ * b0_), -1.0, 1.0);
+  const double cu = std::clamp(std::copysign(1.0, fu) / std::sqrt(fu * fu + b0_ * b0_), -1.0, 1.0);
   const double cos2 = std::max(1e-300, 1.0 - cu * cu);
   const double xu = std::clamp(-(cu * z0_) / std::sqrt(cos2), x0_, x1_);
   const double d2 = xu * xu + z0_ * z0_;
@@ -244,14 +254,18 @@ LightSample LightProposal::sample_rectangle_angle(const Vec2& u) const noexcept 
 float LightProposal::pdf_w(const Vec3& wi) const noexcept {
   switch (mode_) {
     case Mode::RectangleArea:
-    case Mode::RectangleAngle: return rectangle().pdf_w(wi);
+    case Mode::RectangleAngle:
+      return rectangle().pdf_w(wi);
     case Mode::SphereCone: {
-      // Membership by the chord, which keeps its digits where the cosine of a small cone rounds to 1.
+      // Membership by the chord, which keeps its digits where the cosine of a small cone rounds
+      // to 1.
       const bool inside = (wi - axis_).length2() <= 2.0f * one_minus_cos_;
       return inside ? pdf_constant_ : 0.0f;
     }
-    case Mode::SphereInside: return pdf_constant_;
-    case Mode::Mesh: break;
+    case Mode::SphereInside:
+      return pdf_constant_;
+    case Mode::Mesh:
+      break;
   }
   return mesh_pdf_w(wi);
 }

@@ -18,26 +18,28 @@ enum class LightType : std::uint8_t { Rectangle, Sphere, Mesh };
 /// How a direction towards a light is drawn where there is a choice.
 enum class LightSampling : std::uint8_t {
   Area,        ///< uniform point on the surface
-  SolidAngle,  ///< uniform direction in the solid angle where a closed form exists (rectangle, sphere)
+  SolidAngle,  ///< uniform direction in the solid angle where a closed form exists (rectangle,
+               ///< sphere)
 };
 
 std::string_view to_string(LightSampling sampling);
 
-/// One emitting shape in scene space; immutable after loading. Emission is constant over the surface.
+/// One emitting shape in scene space; immutable after loading. Emission is constant over the
+/// surface.
 struct Light {
   LightType type{LightType::Rectangle};
   bool two_sided{false};
   std::string name;
-  Rgb radiance{0.0f};             ///< [W/(m^2 sr)]
-  double area{0.0};               ///< in scene units squared
+  Rgb radiance{0.0f};  ///< [W/(m^2 sr)]
+  double area{0.0};    ///< in scene units squared
 
   Vec3 origin{0.0f}, edge_u{0.0f}, edge_v{0.0f};  ///< rectangle: corner and perpendicular edges
-  Vec3 normal{0.0f};              ///< rectangle: unit, edge_u x edge_v
-  Vec3 center{0.0f};              ///< sphere
-  float radius{0.0f};             ///< sphere
-  std::vector<Vec3> vertices;     ///< mesh: three per triangle
-  DiscreteDistribution triangle_areas;  ///< mesh
-  Vec3 bounds_min{0.0f}, bounds_max{0.0f};  ///< box around the shape
+  Vec3 normal{0.0f};                              ///< rectangle: unit, edge_u x edge_v
+  Vec3 center{0.0f};                              ///< sphere
+  float radius{0.0f};                             ///< sphere
+  std::vector<Vec3> vertices;                     ///< mesh: three per triangle
+  DiscreteDistribution triangle_areas;            ///< mesh
+  Vec3 bounds_min{0.0f}, bounds_max{0.0f};        ///< box around the shape
 
   /// Whether the side that faces against direction `w` emits.
   /// @param geometric_normal  of the point hit, any length
@@ -47,19 +49,20 @@ struct Light {
 };
 
 struct LightSample {
-  Vec3 wi{0.0f};     ///< unit, towards the light
-  float pdf_w{0.0f}; ///< per steradian, summed over all points of this light along wi
+  Vec3 wi{0.0f};      ///< unit, towards the light
+  float pdf_w{0.0f};  ///< per steradian, summed over all points of this light along wi
 };
 
-/// A light as seen from one point: the density h_l(w) over directions, which ignores occluders and other lights.
-/// Set up once per point and light; sampling and evaluation are then cheap.
+/// A light as seen from one point: the density h_l(w) over directions, which ignores occluders and
+/// other lights. Set up once per point and light; sampling and evaluation are then cheap.
 class LightProposal {
  public:
   LightProposal() = default;
 
   /// @param from      origin of the rays, scene space
   /// @param normal    geometric normal on the side of the viewer
-  /// @return false where the light can not contribute: wholly below the horizon, seen edge-on or from behind. The
+  /// @return false where the light can not contribute: wholly below the horizon, seen edge-on or
+  /// from behind. The
   ///         decision depends on the point alone, so leaving the light out does not bias anything.
   bool set_up(const Light& light, LightSampling sampling, const Vec3& from,
               const Vec3& normal) noexcept;
@@ -68,10 +71,12 @@ class LightProposal {
 
   std::optional<LightSample> sample(const Variates& variates) const noexcept;
 
-  /// Density of `sample` for a unit direction; positive exactly where the ray from the point meets the light's surface.
+  /// Density of `sample` for a unit direction; positive exactly where the ray from the point meets
+  /// the light's surface.
   float pdf_w(const Vec3& wi) const noexcept;
 
-  /// `sample` for points [0, count), into the lanes from `at` on. Where there is no direction, wi is 0.
+  /// `sample` for points [0, count), into the lanes from `at` on. Where there is no direction, wi
+  /// is 0.
   void sample(const VariateBlock& variates, std::size_t count, std::size_t at, VectorBlock& wi,
               Block<float>& pdf) const noexcept;
 
@@ -96,18 +101,19 @@ class LightProposal {
   Mode mode_{Mode::RectangleArea};
 
   // Rectangle. Area: density of w is t^2/(A |cos|) = t^3/(A height) with t the distance along w.
-  Vec3 to_origin_{0.0f};       // origin - from
-  float height_{0};            // dot(normal, to_origin_): signed distance of the plane
+  Vec3 to_origin_{0.0f};  // origin - from
+  float height_{0};       // dot(normal, to_origin_): signed distance of the plane
   float inv_length2_u_{0}, inv_length2_v_{0};
-  float inv_area_height_{0};   // 1/(area |height|)
-  // Rectangle by solid angle, in double: angles differ from sums of right angles by the solid angle only.
+  float inv_area_height_{0};  // 1/(area |height|)
+  // Rectangle by solid angle, in double: angles differ from sums of right angles by the solid angle
+  // only.
   Vec3d axis_x_{0.0}, axis_y_{0.0}, axis_z_{0.0};
   double x0_{0}, x1_{0}, y0_{0}, y1_{0}, z0_{0};
   double b0_{0}, b1_{0}, k_{0}, solid_angle_{0};
-  float pdf_constant_{0};      // 1/solid angle, of the rectangle or the sphere's cone
+  float pdf_constant_{0};  // 1/solid angle, of the rectangle or the sphere's cone
 
   // Sphere.
-  Vec3 axis_{0.0f};            // unit, towards the centre
+  Vec3 axis_{0.0f};  // unit, towards the centre
   float one_minus_cos_{0};
 };
 

@@ -23,7 +23,8 @@ struct Box {
   }
 };
 
-// Calls point(Vec3d&) for each position and length(Vec3d&) / radius(double&) for each difference of a shape.
+// Calls point(Vec3d&) for each position and length(Vec3d&) / radius(double&) for each difference of
+// a shape.
 template <typename Point, typename Edge, typename Radius>
 void for_each_coordinate(Shape& shape, Point point, Edge edge, Radius radius) {
   if (auto* rectangle = std::get_if<RectangleShape>(&shape)) {
@@ -71,9 +72,7 @@ class Hasher {
   Hasher& operator=(const Hasher&) = delete;
 
   template <typename T>
-  void add(const T& value)
-    requires std::is_arithmetic_v<T>
-  {
+  void add(const T& value) requires std::is_arithmetic_v<T> {
     XXH3_128bits_update(state_, &value, sizeof(value));
   }
   template <typename T>
@@ -91,9 +90,7 @@ class Hasher {
   }
 
   void add(const LambertMaterial& m) { add(m.reflectance); }
-  void add(const ConductorMaterial& m) {
-    add(m.eta), add(m.k), add(m.alpha), add(m.tint);
-  }
+  void add(const ConductorMaterial& m) { add(m.eta), add(m.k), add(m.alpha), add(m.tint); }
   void add(const PhongMaterial& m) { add(m.diffuse), add(m.specular), add(m.exponent); }
   void add(const MixtureMaterial& m) { add(m.diffuse), add(m.glossy), add(m.glossy_weight); }
   void add(const RectangleShape& s) { add(s.origin), add(s.edge_u), add(s.edge_v); }

@@ -13,11 +13,12 @@ struct Normalisation {
   double diagonal{0.0};  ///< of the scaled bounding box, in [sqrt(8), sqrt(32)) or so
 };
 
-/// Recentres and rescales a scene in double precision to a diagonal between 2.8 and 5.7. Radiance is invariant.
+/// Recentres and rescales a scene in double precision to a diagonal between 2.8 and 5.7. Radiance
+/// is invariant.
 Normalisation normalise(SceneDescription& scene);
 
-/// Hash of all that decides the true image: geometry, materials, emission and camera, but no names; 128 bits in
-/// hexadecimal.
+/// Hash of all that decides the true image: geometry, materials, emission and camera, but no names;
+/// 128 bits in hexadecimal.
 std::string content_hash(const SceneDescription& scene);
 
 }  // namespace penumbra

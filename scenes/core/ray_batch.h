@@ -2,8 +2,8 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "scenes/core/vec.h"
@@ -13,17 +13,17 @@ namespace penumbra {
 /// What a ray met first.
 struct RayHit {
   static constexpr std::uint32_t kMiss = 0xffffffffu;
-  std::uint32_t geometry{kMiss};   ///< index in the order of addition to the RayScene
+  std::uint32_t geometry{kMiss};  ///< index in the order of addition to the RayScene
   std::uint32_t primitive{0};
-  float u{0}, v{0};                ///< barycentric (triangle) or bilinear (quad) coordinates
+  float u{0}, v{0};  ///< barycentric (triangle) or bilinear (quad) coordinates
   float distance{0};
-  Vec3 normal{0.0f};               ///< geometric, right-handed, any length
+  Vec3 normal{0.0f};  ///< geometric, right-handed, any length
 
   bool hit() const noexcept { return geometry != kMiss; }
 };
 
-/// Rays to be traced together, structure of arrays. One per estimator thread; the capacity is fixed when it is made, so
-/// that filling it allocates nothing.
+/// Rays to be traced together, structure of arrays. One per estimator thread; the capacity is fixed
+/// when it is made, so that filling it allocates nothing.
 class RayBatch {
  public:
   explicit RayBatch(std::size_t capacity);
@@ -50,8 +50,9 @@ class RayBatch {
   std::size_t count_{0};
 };
 
-/// Keeps every ray that passes through a scene's batch query, batch by batch, to trace the same rays again alone: the
-/// time of an estimate minus the time of its bare queries is its own cost. For one thread.
+/// Keeps every ray that passes through a scene's batch query, batch by batch, to trace the same
+/// rays again alone: the time of an estimate minus the time of its bare queries is its own cost.
+/// For one thread.
 struct RayRecorder {
   std::vector<RayBatch> batches;
 };
@@ -65,7 +66,8 @@ class RayScene {
   RayScene& operator=(const RayScene&) = delete;
 
   /// Each returns the geometry's index. Data is copied.
-  std::uint32_t add_triangles(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);
+  std::uint32_t add_triangles(std::span<const Vec3> vertices,
+                              std::span<const std::uint32_t> indices);
   std::uint32_t add_quads(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);
   std::uint32_t add_sphere(const Vec3& center, float radius);
   /// Builds the acceleration structure; nothing can be added afterwards.
@@ -85,8 +87,8 @@ class RayScene {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Moves a ray's origin off the surface it lies on, by a distance that follows the floating-point grid and so needs no
-/// scene-dependent epsilon.
+/// Moves a ray's origin off the surface it lies on, by a distance that follows the floating-point
+/// grid and so needs no scene-dependent epsilon.
 /// @param normal  unit, on the side the ray leaves to
 /// Source: Waechter and Binder 2019, "A fast and robust method for avoiding self-intersection".
 Vec3 offset_ray_origin(const Vec3& position, const Vec3& normal) noexcept;

@@ -1,7 +1,7 @@
 #include "scenes/core/ray_batch.h"
 
-// The only file that includes Embree. Versions 3 and 4 differ in the header's folder and in the last arguments of the
-// queries; see IntersectCall.
+// The only file that includes Embree. Versions 3 and 4 differ in the header's folder and in the
+// last arguments of the queries; see IntersectCall.
 #if PENUMBRA_EMBREE_MAJOR >= 4
 #include <embree4/rtcore.h>
 #else
@@ -91,7 +91,8 @@ RayScene::RayScene() : impl_(std::make_unique<Impl>()) {
   rtcSetDeviceErrorFunction(impl_->device, throw_embree_error, nullptr);
   rtcSetDeviceMemoryMonitorFunction(impl_->device, Impl::count_memory, impl_.get());
   impl_->scene = rtcNewScene(impl_->device);
-  // Watertight edges and no hits lost far from the origin; fast mode misses 12 to 20 % of rays there.
+  // Watertight edges and no hits lost far from the origin; fast mode misses 12 to 20 % of rays
+  // there.
   rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
 }
 
@@ -115,8 +116,8 @@ std::uint32_t RayScene::add_quads(std::span<const Vec3> vertices,
 
 std::uint32_t RayScene::add_sphere(const Vec3& center, float radius) {
   RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
-  auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), 1));
+  auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                        RTC_FORMAT_FLOAT4, 4 * sizeof(float), 1));
   for (int axis = 0; axis < 3; ++axis) v[axis] = center[axis];
   v[3] = radius;
   return impl_->attach(geometry);

@@ -15,8 +15,8 @@ namespace {
 constexpr std::uint32_t kIterationShift = 20;
 constexpr std::uint32_t kSetIndex = 0xffffffffu;  // counter value of a set's own scramble
 
-// Seven rounds are the fewest that pass the statistical tests of Salmon et al. 2011, "Parallel random numbers: as easy
-// as 1, 2, 3"; ten are their margin, which sampling has no use for.
+// Seven rounds are the fewest that pass the statistical tests of Salmon et al. 2011, "Parallel
+// random numbers: as easy as 1, 2, 3"; ten are their margin, which sampling has no use for.
 using Philox = r123::Philox4x32_R<7>;
 using Words = Philox::ctr_type;
 
@@ -29,7 +29,8 @@ Words philox(const StreamKey& key, std::uint32_t index) noexcept {
   return Philox()(counter, philox_key);
 }
 
-// The top 24 bits, so that the float is exact and below 1. Through a signed integer: vectors convert no other.
+// The top 24 bits, so that the float is exact and below 1. Through a signed integer: vectors
+// convert no other.
 inline float unit_float(std::uint32_t bits) noexcept {
   return static_cast<float>(static_cast<std::int32_t>(bits >> 8)) * 0x1p-24f;
 }
@@ -49,8 +50,8 @@ void philox_block(const StreamKey& key, std::uint32_t first, std::uint32_t count
   }
 }
 
-// (stratum + jitter) / strata on a grid of 2^-24, rounded down so that it can not become 1. The half keeps the product
-// with the rounded reciprocal on the right side of every stratum's border.
+// (stratum + jitter) / strata on a grid of 2^-24, rounded down so that it can not become 1. The
+// half keeps the product with the rounded reciprocal on the right side of every stratum's border.
 inline float stratum_float(std::uint32_t stratum, double inv_strata,
                            std::uint32_t jitter) noexcept {
   const double numerator = static_cast<double>(static_cast<std::int32_t>(stratum)) * 0x1p24 +
@@ -99,7 +100,8 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) noexcept {
   return (x >> 16) | (x << 16);
 }
 
-constexpr std::uint32_t sobol_sum(std::uint32_t index, const DirectionNumbers& directions) noexcept {
+constexpr std::uint32_t sobol_sum(std::uint32_t index,
+                                  const DirectionNumbers& directions) noexcept {
   std::uint32_t x = 0;
   for (std::size_t bit = 0; index != 0; index >>= 1, ++bit) {
     if ((index & 1u) != 0) x ^= directions[bit];
@@ -120,7 +122,8 @@ constexpr ReversedTable reversed_table(const DirectionNumbers& directions) {
 constexpr ReversedTable kReversed1 = reversed_table(kSobol1);
 constexpr ReversedTable kReversed2 = reversed_table(kSobol2);
 
-// On reversed digits, additions and even-factor multiplications carry from higher to lower digits only.
+// On reversed digits, additions and even-factor multiplications carry from higher to lower digits
+// only.
 inline std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) noexcept {
   x ^= x * 0x3d20adeau;
   x += seed;
@@ -143,7 +146,9 @@ struct Mixing {
   int half;
 
   Mixing(std::uint32_t n_values, std::uint32_t mixing_seed) noexcept
-      : seed(mixing_seed), n(n_values), mask(std::bit_ceil(n_values) - 1),
+      : seed(mixing_seed),
+        n(n_values),
+        mask(std::bit_ceil(n_values) - 1),
         half((std::bit_width(mask) + 1) / 2) {}
 
   std::uint32_t operator()(std::uint32_t i) const noexcept {
@@ -156,7 +161,8 @@ struct Mixing {
     return i ^ (i >> half);
   }
 
-  // A final rotation by an almost uniform amount makes every image uniform whatever the mixing does.
+  // A final rotation by an almost uniform amount makes every image uniform whatever the mixing
+  // does.
   std::uint32_t rotation() const noexcept {
     const std::uint32_t bits = (seed ^ (seed >> 15)) * 0x85ebca6bu;
     return below(bits ^ (bits >> 13), n);
@@ -187,9 +193,12 @@ void permute_block(std::uint32_t first, std::uint32_t count, std::uint32_t n, st
 
 std::string_view to_string(SamplerKind kind) {
   switch (kind) {
-    case SamplerKind::Independent: return "independent";
-    case SamplerKind::Stratified: return "stratified";
-    case SamplerKind::Sobol: return "sobol";
+    case SamplerKind::Independent:
+      return "independent";
+    case SamplerKind::Stratified:
+      return "stratified";
+    case SamplerKind::Sobol:
+      return "sobol";
   }
   return "?";
 }
@@ -207,7 +216,8 @@ std::uint32_t random_bits(const StreamKey& key) noexcept { return philox(key, 0)
 
 std::uint32_t permute(std::uint32_t index, std::uint32_t n, std::uint32_t seed) noexcept {
   PN_ASSERT(index < n);
-  // Every step is a bijection of [0, mask]; walking the cycle until the value is below n makes one of [0, n).
+  // Every step is a bijection of [0, mask]; walking the cycle until the value is below n makes one
+  // of [0, n).
   const Mixing mix(n, seed);
   std::uint32_t i = index;
   do {
@@ -231,8 +241,8 @@ PointSet::PointSet(SamplerKind kind, const StreamKey& key, std::uint32_t count) 
   const Words words = philox(key, kSetIndex);
   for (std::size_t d = 0; d < 3; ++d) scramble_[d] = words[d];
   if (kind == SamplerKind::Stratified) {
-    // The grid nearest to a square with at least `count` cells; which axis gets more cells is a coin flip, so
-    // that two points do not always split the same axis.
+    // The grid nearest to a square with at least `count` cells; which axis gets more cells is a
+    // coin flip, so that two points do not always split the same axis.
     columns_ = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(count)));
     rows_ = (count + columns_ - 1) / columns_;
     transposed_ = (words[3] & 1u) != 0;
@@ -255,8 +265,8 @@ struct PointSet::Grid {
   std::uint32_t columns, rows, scramble_x, scramble_y;
   double inv_columns, inv_cells;
 
-  // A point of a cell. Each coordinate takes a fine stratum of its own as well (N rooks): the rows within a column, and
-  // the columns within a row, are turned by a random amount.
+  // A point of a cell. Each coordinate takes a fine stratum of its own as well (N rooks): the rows
+  // within a column, and the columns within a row, are turned by a random amount.
   Vec2 point(std::uint32_t cell, std::uint32_t jitter_x, std::uint32_t jitter_y) const noexcept {
     // The half keeps the quotient away from whole numbers, where rounding could reach the next row.
     const auto row = static_cast<std::uint32_t>(static_cast<std::int32_t>(
@@ -277,10 +287,10 @@ PointSet::Grid PointSet::grid() const noexcept {
 Variates PointSet::stratified(std::uint32_t index) const noexcept {
   const Words jitter = philox(key_, index);
   const std::uint32_t cells = columns_ * rows_;
-  // Where every cell gets a point, a random turn makes each point uniform on its own; else cells are left out at random.
-  const std::uint32_t cell = cells == count_
-                                 ? add_modulo(index, below(scramble_[0], cells), cells)
-                                 : permute(index, cells, scramble_[0]);
+  // Where every cell gets a point, a random turn makes each point uniform on its own; else cells
+  // are left out at random.
+  const std::uint32_t cell = cells == count_ ? add_modulo(index, below(scramble_[0], cells), cells)
+                                             : permute(index, cells, scramble_[0]);
   Vec2 u = grid().point(cell, jitter[0], jitter[1]);
   if (transposed_) std::swap(u.x, u.y);
   const std::uint32_t slot = permute(index, count_, scramble_[1] ^ scramble_[2]);
@@ -297,9 +307,12 @@ void PointSet::fill(std::uint32_t first, std::uint32_t count, bool with_choice,
                     VariateBlock& out) const noexcept {
   PN_ASSERT(count <= kBlock && first + count <= count_);
   switch (kind_) {
-    case SamplerKind::Independent: return fill_independent(first, count, out);
-    case SamplerKind::Stratified: return fill_stratified(first, count, with_choice, out);
-    case SamplerKind::Sobol: return fill_sobol(first, count, with_choice, out);
+    case SamplerKind::Independent:
+      return fill_independent(first, count, out);
+    case SamplerKind::Stratified:
+      return fill_stratified(first, count, with_choice, out);
+    case SamplerKind::Sobol:
+      return fill_sobol(first, count, with_choice, out);
   }
 }
 

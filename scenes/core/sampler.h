@@ -7,8 +7,9 @@
 #include "scenes/core/block.h"
 #include "scenes/core/vec.h"
 
-/// Point sets for one component of one estimate. Random numbers are keyed by what they are for, never by who draws
-/// them, so an image has the same bits on any number of threads and one pixel can be replayed alone.
+/// Point sets for one component of one estimate. Random numbers are keyed by what they are for,
+/// never by who draws them, so an image has the same bits on any number of threads and one pixel
+/// can be replayed alone.
 namespace penumbra {
 
 /// The kind of points, a property of a run and the same for every estimator of a comparison.
@@ -50,8 +51,8 @@ struct VariateBlock {
 /// 32 random bits, for decisions that are not points (tie breaks, offsets).
 std::uint32_t random_bits(const StreamKey& key) noexcept;
 
-/// `count` points for one key. Each point is marginally uniform, so any estimate from them is unbiased; together
-/// they are stratified as the kind says. Copies are cheap and share no state.
+/// `count` points for one key. Each point is marginally uniform, so any estimate from them is
+/// unbiased; together they are stratified as the kind says. Copies are cheap and share no state.
 class PointSet {
  public:
   /// @param count  number of points that will be drawn, >= 1; stratification is over exactly these
@@ -86,15 +87,18 @@ class PointSet {
 };
 
 /// Bijection of [0, n) chosen by a seed; uniform in its image for every index.
-/// Source of the idea (invertible mixing with cycle walking): Kensler 2013, "Correlated multi-jittered sampling".
+/// Source of the idea (invertible mixing with cycle walking): Kensler 2013, "Correlated
+/// multi-jittered sampling".
 std::uint32_t permute(std::uint32_t index, std::uint32_t n, std::uint32_t seed) noexcept;
 
 /// Nested uniform scramble of a 32-bit fraction: flips of a digit depend on all higher digits.
-/// Source: Laine and Karras 2011; Burley 2020, "Practical hash-based Owen scrambling"; constants by Vegdahl 2021.
+/// Source: Laine and Karras 2011; Burley 2020, "Practical hash-based Owen scrambling"; constants by
+/// Vegdahl 2021.
 std::uint32_t owen_scramble(std::uint32_t fraction, std::uint32_t seed) noexcept;
 
 /// Point `index` of dimension 0, 1 or 2 of the Sobol sequence as a 32-bit fraction.
-/// Source: Joe and Kuo 2008, "Constructing Sobol sequences with better two-dimensional projections".
+/// Source: Joe and Kuo 2008, "Constructing Sobol sequences with better two-dimensional
+/// projections".
 std::uint32_t sobol_fraction(std::uint32_t index, int dimension) noexcept;
 
 }  // namespace penumbra

@@ -18,9 +18,7 @@ SceneDescription normalised(SceneDescription scene, SceneTraits& traits) {
   return scene;
 }
 
-Vec3 mesh_normal(const Vec3* corner) {
-  return cross(corner[1] - corner[0], corner[2] - corner[0]);
-}
+Vec3 mesh_normal(const Vec3* corner) { return cross(corner[1] - corner[0], corner[2] - corner[0]); }
 
 }  // namespace
 
@@ -159,7 +157,8 @@ ShadingPoint Scene::shading_point(const RayHit& hit, const Vec3& direction) cons
     Vec3 corner[3] = {vertex(0), vertex(1), vertex(geometry.corners - 1)};
     float u = hit.u;
     float v = hit.v;
-    // The second half of a quadrilateral is the triangle 2-3-1 with both coordinates counted from its far corner.
+    // The second half of a quadrilateral is the triangle 2-3-1 with both coordinates counted from
+    // its far corner.
     if (geometry.corners == 4 && u + v > 1.0f) {
       corner[0] = vertex(2), corner[1] = vertex(3), corner[2] = vertex(1);
       u = 1.0f - u;
@@ -177,8 +176,8 @@ ShadingPoint Scene::shading_point(const RayHit& hit, const Vec3& direction) cons
   point.wo = -direction;
   // Grazing to rounding: no outgoing hemisphere is left.
   const bool visible = dot(normal, point.wo) > 0.0f;
-  point.material = visible && !bsdfs_[geometry.material].is_black() ? geometry.material
-                                                                     : ShadingPoint::kInvalid;
+  point.material =
+      visible && !bsdfs_[geometry.material].is_black() ? geometry.material : ShadingPoint::kInvalid;
   return point;
 }
 

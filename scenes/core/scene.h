@@ -17,21 +17,22 @@ namespace penumbra {
 
 /// What a scene really has; worked out once on loading.
 struct SceneTraits {
-  std::size_t triangles{0};        ///< quads count as two
+  std::size_t triangles{0};  ///< quads count as two
   std::size_t spheres{0};
   std::size_t materials{0};
   std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0};
-  bool all_diffuse{true};          ///< no glossy or Phong lobe anywhere
-  float min_alpha{1.0f};           ///< sharpest GGX lobe
-  double scale{1.0};               ///< scene units per world unit, a power of two
-  Vec3d center{0.0};               ///< world position of the scene's origin
-  double diagonal{0.0};            ///< of the bounding box [scene units]
+  bool all_diffuse{true};  ///< no glossy or Phong lobe anywhere
+  float min_alpha{1.0f};   ///< sharpest GGX lobe
+  double scale{1.0};       ///< scene units per world unit, a power of two
+  Vec3d center{0.0};       ///< world position of the scene's origin
+  double diagonal{0.0};    ///< of the bounding box [scene units]
   std::size_t ray_scene_bytes{0};
 };
 
-/// A loaded scene: immutable and shared by all threads. Geometry is recentred and rescaled in double precision to a
-/// diagonal of order 1 to 10 by a power of two, so that nothing downstream depends on units or on the distance from the
-/// origin. Radiance does not change under that; lengths reported to the user are divided by `traits().scale`.
+/// A loaded scene: immutable and shared by all threads. Geometry is recentred and rescaled in
+/// double precision to a diagonal of order 1 to 10 by a power of two, so that nothing downstream
+/// depends on units or on the distance from the origin. Radiance does not change under that;
+/// lengths reported to the user are divided by `traits().scale`.
 class Scene {
  public:
   /// @throws InputError when there is nothing to render
@@ -43,7 +44,8 @@ class Scene {
   const Bsdf& bsdf(std::uint32_t material) const noexcept { return bsdfs_[material]; }
   const SceneTraits& traits() const noexcept { return traits_; }
 
-  /// Hash of everything that decides the truth: geometry, materials, emission, camera; hexadecimal, 32 digits.
+  /// Hash of everything that decides the truth: geometry, materials, emission, camera; hexadecimal,
+  /// 32 digits.
   const std::string& content_hash() const noexcept { return content_hash_; }
 
   /// The batch query of every estimator: the closest hit of each ray in `batch.hits`.
@@ -51,7 +53,8 @@ class Scene {
     if (recorder_ != nullptr) recorder_->batches.push_back(batch);
     rays_.intersect(batch);
   }
-  /// Starts (or with nullptr ends) recording; only while a single thread traces. For `penumbra inspect`.
+  /// Starts (or with nullptr ends) recording; only while a single thread traces. For `penumbra
+  /// inspect`.
   void set_recorder(RayRecorder* recorder) noexcept { recorder_ = recorder; }
 
   /// Light whose emitting side a ray along `direction` met, or kNoLight.
@@ -60,18 +63,19 @@ class Scene {
     const std::int32_t light = geometries_[hit.geometry].light;
     if (light == kNoLight) return kNoLight;
     return lights_[static_cast<std::size_t>(light)].emits_against(direction, hit.normal) ? light
-                                                                                        : kNoLight;
+                                                                                         : kNoLight;
   }
 
-  /// The surface at a hit as a shading point seen along `direction`. The position comes from the primitive's own
-  /// coordinates, which are exact to rounding at any distance from the ray's origin.
+  /// The surface at a hit as a shading point seen along `direction`. The position comes from the
+  /// primitive's own coordinates, which are exact to rounding at any distance from the ray's
+  /// origin.
   ShadingPoint shading_point(const RayHit& hit, const Vec3& direction) const noexcept;
 
  private:
   struct Geometry {
     std::uint32_t material{0};
     std::int32_t light{kNoLight};
-    std::uint32_t corners{3};            // 3, 4, or 0 for a sphere
+    std::uint32_t corners{3};  // 3, 4, or 0 for a sphere
     std::vector<Vec3> vertices;
     std::vector<std::uint32_t> indices;
     Vec3 center;
@@ -93,8 +97,8 @@ class Scene {
   RayRecorder* recorder_{nullptr};
 };
 
-/// Number of the scene core's version that decides images; part of every reference's key. Counted up when a change of
-/// the core changes the true image (not its noise).
+/// Number of the scene core's version that decides images; part of every reference's key. Counted
+/// up when a change of the core changes the true image (not its noise).
 inline constexpr int kCoreVersion = 1;
 
 }  // namespace penumbra

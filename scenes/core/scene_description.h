@@ -10,7 +10,8 @@
 #include "scenes/core/vec.h"
 
 /// A scene as its file states it: plain data in double precision and world units, nothing derived.
-/// `load_scene_description` (scene_file.h) makes it from JSON; tests make it by hand; `Scene` consumes it.
+/// `load_scene_description` (scene_file.h) makes it from JSON; tests make it by hand; `Scene`
+/// consumes it.
 namespace penumbra {
 
 /// Perfectly diffuse reflection.
@@ -20,15 +21,16 @@ struct LambertMaterial {
 
 /// Rough conductor: GGX microfacets, exact conductor Fresnel.
 struct ConductorMaterial {
-  Rgb eta{0.2f};          ///< real part of the index of refraction, > 0
-  Rgb k{3.9f};            ///< absorption coefficient, >= 0
-  float alpha{0.1f};      ///< GGX width alpha (not perceptual roughness), in [1e-4, 1]
-  Rgb tint{1.0f};         ///< factor on the reflected radiance, each channel in [0, 1]
+  Rgb eta{0.2f};      ///< real part of the index of refraction, > 0
+  Rgb k{3.9f};        ///< absorption coefficient, >= 0
+  float alpha{0.1f};  ///< GGX width alpha (not perceptual roughness), in [1e-4, 1]
+  Rgb tint{1.0f};     ///< factor on the reflected radiance, each channel in [0, 1]
 };
 
 /// Modified Phong lobe over a diffuse base: kd/pi + ks (s+2)/(2 pi) max(0, r.wi)^s.
 /// The fixtures of the estimator tests are stated with it. Energy: kd + ks <= 1.
-/// Source: Lafortune and Willems 1994, "Using the modified Phong reflectance model for physically based rendering".
+/// Source: Lafortune and Willems 1994, "Using the modified Phong reflectance model for physically
+/// based rendering".
 struct PhongMaterial {
   Rgb diffuse{0.5f};
   Rgb specular{0.0f};
@@ -78,8 +80,8 @@ struct QuadMeshShape {
 using Shape = std::variant<RectangleShape, SphereShape, TriangleMeshShape, QuadMeshShape>;
 
 struct ShapeDescription {
-  std::string name;               ///< unique; names a light in tables and maps
-  std::uint32_t material{0};      ///< index into SceneDescription::materials
+  std::string name;           ///< unique; names a light in tables and maps
+  std::uint32_t material{0};  ///< index into SceneDescription::materials
   Shape shape;
   std::optional<EmissionDescription> emission;
 };
@@ -88,17 +90,17 @@ struct CameraDescription {
   Vec3d position{0, 0, 0};
   Vec3d look_at{0, 0, -1};
   Vec3d up{0, 1, 0};
-  double vertical_fov_deg{45};           ///< full angle, in (0, 180)
+  double vertical_fov_deg{45};              ///< full angle, in (0, 180)
   std::array<int, 2> resolution{480, 270};  ///< width, height [pixels]
 };
 
 struct SceneDescription {
   std::string name;
-  std::string summary;                   ///< one sentence: what the scene stresses
+  std::string summary;  ///< one sentence: what the scene stresses
   CameraDescription camera;
   std::vector<MaterialDescription> materials;
   std::vector<ShapeDescription> shapes;
-  std::vector<std::string> warnings;     ///< e.g. degenerate triangles that were left out
+  std::vector<std::string> warnings;  ///< e.g. degenerate triangles that were left out
 };
 
 }  // namespace penumbra

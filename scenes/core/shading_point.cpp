@@ -65,13 +65,15 @@ ShadingPoints make_shading_points(const Scene& scene, int camera_samples, std::u
   }
   result.points.resize(total);
   std::atomic<std::size_t> valid{0};
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result.tiles.size()), [&](const auto& range) {
-    RayBatch batch(static_cast<std::size_t>(tile_side) * static_cast<std::size_t>(tile_side) * samples);
-    for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      const TileRect& tile = result.tiles[i];
-      valid += shade_tile(scene, tile, camera_samples, seed, batch, &result.points[tile.first]);
-    }
-  });
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, result.tiles.size()), [&](const auto& range) {
+        RayBatch batch(static_cast<std::size_t>(tile_side) * static_cast<std::size_t>(tile_side) *
+                       samples);
+        for (std::size_t i = range.begin(); i != range.end(); ++i) {
+          const TileRect& tile = result.tiles[i];
+          valid += shade_tile(scene, tile, camera_samples, seed, batch, &result.points[tile.first]);
+        }
+      });
   result.valid_count = valid;
   return result;
 }

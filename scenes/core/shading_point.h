@@ -13,8 +13,8 @@ class Scene;
 
 inline constexpr std::int32_t kNoLight = -1;
 
-/// A point whose direct light is to be estimated, in scene space. 56 bytes: a 1920x1080 image with 8 camera samples
-/// keeps 16.6 million of them.
+/// A point whose direct light is to be estimated, in scene space. 56 bytes: a 1920x1080 image with
+/// 8 camera samples keeps 16.6 million of them.
 struct ShadingPoint {
   static constexpr std::uint32_t kInvalid = std::numeric_limits<std::uint32_t>::max();
 
@@ -31,11 +31,13 @@ struct ShadingPoint {
 /// A rectangle of pixels whose shading points lie together.
 struct TileRect {
   int x0{0}, y0{0};
-  int width{0}, height{0};  ///< [pixels]; smaller than the tile's side at the right and lower border only
-  std::size_t first{0};     ///< index of its first point
+  int width{0},
+      height{0};  ///< [pixels]; smaller than the tile's side at the right and lower border only
+  std::size_t first{0};  ///< index of its first point
 };
 
-/// The shading points of an image, tile after tile: primary hits, made once per scene and never timed.
+/// The shading points of an image, tile after tile: primary hits, made once per scene and never
+/// timed.
 struct ShadingPoints {
   int width{0}, height{0};           ///< of the image [pixels]
   int camera_samples{1};             ///< points per pixel
@@ -50,9 +52,10 @@ struct ShadingPoints {
   }
 };
 
-/// Traces the primary rays. Camera samples are jittered over a stratified grid of each pixel (one sample: the pixel's
-/// centre) and keyed by `seed`, so every estimator, block and reference sees the same points and the antialiasing of
-/// edges is not mistaken for an error of the estimators. The points do not depend on the tile's side, only their order.
+/// Traces the primary rays. Camera samples are jittered over a stratified grid of each pixel (one
+/// sample: the pixel's centre) and keyed by `seed`, so every estimator, block and reference sees
+/// the same points and the antialiasing of edges is not mistaken for an error of the estimators.
+/// The points do not depend on the tile's side, only their order.
 /// @param tile_side  [pixels], > 0
 ShadingPoints make_shading_points(const Scene& scene, int camera_samples, std::uint64_t seed,
                                   int tile_side);

@@ -9,8 +9,8 @@ struct SinCos {
   float cosine;
 };
 
-/// Sine and cosine of 2 pi u. A polynomial on an eighth of a turn: absolute error below 1.2e-7, and a third of the time
-/// of the C library's, which has to serve any angle.
+/// Sine and cosine of 2 pi u. A polynomial on an eighth of a turn: absolute error below 1.2e-7, and
+/// a third of the time of the C library's, which has to serve any angle.
 /// @param u  angle in turns, |u| < 2^20
 /// Source of the polynomials: Moshier, Cephes Mathematical Library, sinf and cosf.
 inline SinCos sincos_turns(float u) noexcept {
@@ -23,9 +23,10 @@ inline SinCos sincos_turns(float u) noexcept {
   const float x2 = x * x;
   const float s =
       x + x * x2 * (-1.6666654611e-1f + x2 * (8.3321608736e-3f - x2 * 1.9515295891e-4f));
-  const float c = 1.0f - 0.5f * x2 +
-                  x2 * x2 * (4.166664568298827e-2f +
-                             x2 * (-1.388731625493765e-3f + x2 * 2.443315711809948e-5f));
+  const float c =
+      1.0f - 0.5f * x2 +
+      x2 * x2 *
+          (4.166664568298827e-2f + x2 * (-1.388731625493765e-3f + x2 * 2.443315711809948e-5f));
   // Quarter turns swap and negate: (s, c), (c, -s), (-s, -c), (-c, s).
   const bool odd = (q & 1) != 0;
   const float sine = odd ? c : s;

@@ -3,7 +3,8 @@
 #include <ImathColor.h>
 #include <ImathVec.h>
 
-/// Vector and colour types of the whole project: Imath's, so that images, meshes and geometry share one set.
+/// Vector and colour types of the whole project: Imath's, so that images, meshes and geometry share
+/// one set.
 namespace penumbra {
 
 using Vec2 = Imath::V2f;

@@ -54,9 +54,7 @@ float cosine_hemisphere_pdf_w(float cos_theta) noexcept {
 
 Vec2 invert_cosine_hemisphere(const Vec3& w) noexcept { return invert_uniform_disk({w.x, w.y}); }
 
-Vec3 sample_uniform_hemisphere(const Vec2& u) noexcept {
-  return sample_uniform_cone(u, 1.0f);
-}
+Vec3 sample_uniform_hemisphere(const Vec2& u) noexcept { return sample_uniform_cone(u, 1.0f); }
 
 float uniform_hemisphere_pdf_w(float cos_theta) noexcept {
   return cos_theta >= 0.0f ? 0.5f * kInvPi : 0.0f;
@@ -85,7 +83,8 @@ float uniform_cone_pdf_w(float one_minus_cos) noexcept {
 }
 
 Vec2 invert_uniform_cone(const Vec3& w, float one_minus_cos) noexcept {
-  // 1 - cos(theta) = sin^2/(1 + cos) keeps its digits near the axis; towards -z the plain form does.
+  // 1 - cos(theta) = sin^2/(1 + cos) keeps its digits near the axis; towards -z the plain form
+  // does.
   const float sin2 = w.x * w.x + w.y * w.y;
   const float depth = w.z > 0.0f ? sin2 / (1.0f + w.z) : 1.0f - w.z;
   return {std::min(depth / one_minus_cos, kOneMinusEpsilon), turns(w.x, w.y)};

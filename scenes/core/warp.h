@@ -6,8 +6,9 @@
 #include "scenes/core/sincos.h"
 #include "scenes/core/vec.h"
 
-/// Maps from the unit square to directions and surfaces; each with its density and its inverse beside it. Frames are
-/// local, z up; densities per steradian (`_w`) or per unit area. `u` is uniform in [0, 1)^2.
+/// Maps from the unit square to directions and surfaces; each with its density and its inverse
+/// beside it. Frames are local, z up; densities per steradian (`_w`) or per unit area. `u` is
+/// uniform in [0, 1)^2.
 namespace penumbra {
 
 inline constexpr float kPi = 3.14159265358979323846f;
@@ -45,8 +46,8 @@ Vec3 sample_uniform_sphere(const Vec2& u) noexcept;
 float uniform_sphere_pdf_w() noexcept;
 Vec2 invert_uniform_sphere(const Vec3& w) noexcept;
 
-/// Uniform directions in a cone about +z, in terms of 1 - cos(half angle), which stays exact for cones of 1e-7 rad
-/// where the cosine itself rounds to 1.
+/// Uniform directions in a cone about +z, in terms of 1 - cos(half angle), which stays exact for
+/// cones of 1e-7 rad where the cosine itself rounds to 1.
 /// @param one_minus_cos  in (0, 2]
 Vec3 sample_uniform_cone(const Vec2& u, float one_minus_cos) noexcept;
 float uniform_cone_pdf_w(float one_minus_cos) noexcept;

@@ -6,6 +6,8 @@ target_compile_options(penumbra_options INTERFACE
   $<$<BOOL:${PENUMBRA_WERROR}>:-Werror>
   # Neither changes a result: errno of sqrt and the like is not read, floating-point traps are off.
   -fno-math-errno -fno-trapping-math
+  # No fused multiply-add behind the code's back: the same bits with every instruction set.
+  -ffp-contract=off
   $<$<CONFIG:Release>:-O3>)
 
 # GCC 12 sees overlapping copies in std::string where there are none (GCC bug 105651).
@@ -13,8 +15,21 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   target_compile_options(penumbra_options INTERFACE -Wno-restrict)
 endif()
 
-if(PENUMBRA_ARCH)
-  target_compile_options(penumbra_options INTERFACE -march=${PENUMBRA_ARCH})
+if(PENUMBRA_ARCH STREQUAL "auto")
+  # Eight lanes instead of four where the building machine has them.
+  include(CheckCXXSourceRuns)
+  check_cxx_source_runs("int main() { return __builtin_cpu_supports(\"avx2\") && __builtin_cpu_supports(\"fma\") &&
+    __builtin_cpu_supports(\"bmi2\") ? 0 : 1; }" PENUMBRA_HAS_X86_64_V3)
+  if(PENUMBRA_HAS_X86_64_V3)
+    set(PENUMBRA_MARCH x86-64-v3)
+  else()
+    set(PENUMBRA_MARCH "")
+  endif()
+else()
+  set(PENUMBRA_MARCH ${PENUMBRA_ARCH})
+endif()
+if(PENUMBRA_MARCH)
+  target_compile_options(penumbra_options INTERFACE -march=${PENUMBRA_MARCH})
 endif()
 if(PENUMBRA_SANITIZE)
   target_compile_options(penumbra_options INTERFACE
