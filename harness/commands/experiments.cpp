@@ -27,6 +27,19 @@ double picture_bytes(const LoadedScene& scene, bool maps) {
          4.0;
 }
 
+// Says which cells did not take the time they were given: their errors are not at equal time, their
+// efficiencies are.
+void warn_of_missed_budgets(const ExperimentConfig& config,
+                            const std::vector<EfficiencyRow>& rows) {
+  for (const EfficiencyRow& row : rows) {
+    if (!config.budget || !row.budget_s || !row.time_cpu_s) continue;
+    const double miss = *row.time_cpu_s / *row.budget_s - 1.0;
+    if (std::abs(miss) <= config.budget->tolerance) continue;
+    warn(fmt::format("{}, {} {} ({}): realised CPU time is {:+.0f} % off its budget of {} s",
+                     row.scene, row.label, row.params, row.sampler, 100.0 * miss, *row.budget_s));
+  }
+}
+
 }  // namespace
 
 int validate_command(const ConfigOptions& options) {
@@ -94,7 +107,9 @@ int run_command(const RunCommandOptions& options) {
   Experiment experiment(std::move(config), run_options);
   const RunOutcome outcome = experiment.run();
 
-  fmt::print("{}", to_terminal(experiment.table(), experiment.table_options()));
+  const std::vector<EfficiencyRow> table = experiment.table();
+  fmt::print("{}", to_terminal(table, experiment.table_options()));
+  warn_of_missed_budgets(experiment.config(), table);
   fmt::print("\n{} runs measured, {} found in {}\n", outcome.rows_measured, outcome.rows_found,
              run_options.out.string());
   double total = 0.0;
