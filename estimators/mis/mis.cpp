@@ -46,21 +46,10 @@ class Mis final : public Estimator {
         coefficients_(scene.lights().size() + 2) {}
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {
-    mixture_.counters() = {};
-    std::size_t i = 0;
-    for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) {
-      for (int s = 0; s < tile.spp; ++s, ++i) {
-        StreamKey key;
-        key.seed = seed;
-        key.pixel = tile.pixel_index(pixel);
-        key.estimate = static_cast<std::uint32_t>(s);
-        const ShadingPoint& point = tile.point(pixel, s);
-        mixture_.counters().estimates += point.valid() ? 1u : 0u;
-        out.radiance[i] = point.valid() && mixture_.set_up(point) ? one_point(key) : Rgb(0.0f);
-      }
-    }
-    mixture_.counters().iterations = mixture_.counters().estimates;
-    out.counters += mixture_.counters();
+    estimate_tile(
+        mixture_, tile, seed, out, [](std::size_t) {},
+        [this](const StreamKey& key) { return one_point(key); });
+    out.counters.iterations += mixture_.counters().estimates;
   }
 
  private:

@@ -164,6 +164,30 @@ RgbSum balance_sum(Mixture& mixture, std::size_t first,
 int shared_mis_counts(int srl, int active_lights, int light_components,
                       std::span<int> counts) noexcept;
 
+/// Goes through the estimates of a tile in the order of its output: binds the mixture to each point
+/// where light can arrive, stores what `one_point` returns, 0 elsewhere, and adds up the counters.
+/// @param before_point  called with the index of every estimate, also of those that are 0
+/// @param one_point     called with the key of the estimate; returns its radiance
+template <typename BeforePoint, typename OnePoint>
+void estimate_tile(Mixture& mixture, const Tile& tile, std::uint64_t seed, TileOutput& out,
+                   BeforePoint before_point, OnePoint one_point) noexcept {
+  mixture.counters() = {};
+  std::size_t i = 0;
+  for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) {
+    for (int s = 0; s < tile.spp; ++s, ++i) {
+      StreamKey key;
+      key.seed = seed;
+      key.pixel = tile.pixel_index(pixel);
+      key.estimate = static_cast<std::uint32_t>(s);
+      const ShadingPoint& point = tile.point(pixel, s);
+      before_point(i);
+      mixture.counters().estimates += point.valid() ? 1u : 0u;
+      out.radiance[i] = point.valid() && mixture.set_up(point) ? one_point(key) : Rgb(0.0f);
+    }
+  }
+  out.counters += mixture.counters();
+}
+
 /// The parameter `light_sampling` and its value: how directions towards a light are drawn.
 ParamSpec light_sampling_param();
 LightSampling light_sampling_of(const ParamSet& params);

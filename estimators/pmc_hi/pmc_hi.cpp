@@ -92,23 +92,13 @@ class PmcHi final : public Estimator {
   }
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {
-    mixture_.counters() = {};
     const std::size_t maps = out.maps.empty() ? 0 : map_count();
-    std::size_t i = 0;
-    for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) {
-      for (int s = 0; s < tile.spp; ++s, ++i) {
-        StreamKey key;
-        key.seed = seed;
-        key.pixel = tile.pixel_index(pixel);
-        key.estimate = static_cast<std::uint32_t>(s);
-        const ShadingPoint& point = tile.point(pixel, s);
-        map_ = out.maps.subspan(i * maps, maps);
-        std::fill(map_.begin(), map_.end(), 0.0f);
-        mixture_.counters().estimates += point.valid() ? 1u : 0u;
-        out.radiance[i] = point.valid() && mixture_.set_up(point) ? one_point(key) : Rgb(0.0f);
-      }
-    }
-    out.counters += mixture_.counters();
+    const auto clear_map = [&](std::size_t i) {
+      map_ = out.maps.subspan(i * maps, maps);
+      std::fill(map_.begin(), map_.end(), 0.0f);
+    };
+    estimate_tile(mixture_, tile, seed, out, clear_map,
+                  [this](const StreamKey& key) { return one_point(key); });
   }
 
  private:
