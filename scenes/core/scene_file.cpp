@@ -135,12 +135,13 @@ class SceneReader {
     return phong;
   }
 
-  std::optional<std::uint32_t> find_material(const json& name, const std::string& pointer) {
+  std::optional<std::uint32_t> find_material(const json& value, const std::string& pointer) {
+    const auto& name = value.get_ref<const std::string&>();
     const auto found = std::find(material_names_.begin(), material_names_.end(), name);
     if (found != material_names_.end()) {
       return static_cast<std::uint32_t>(found - material_names_.begin());
     }
-    fault(pointer, unknown_name("material", name.get<std::string>(), material_names_));
+    fault(pointer, unknown_name("material", name, material_names_));
     return std::nullopt;
   }
 
