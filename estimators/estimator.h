@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "estimators/params.h"
+#include "estimators/record.h"
 #include "scenes/core/frame.h"
 #include "scenes/core/sampler.h"
 #include "scenes/core/scene.h"
@@ -67,12 +68,20 @@ struct EstimateCounters {
   EstimateCounters& operator+=(const EstimateCounters& other);
 };
 
+/// One quantity that an estimator can report per estimate, beside the radiance.
+struct MapInfo {
+  std::string name;   ///< layer of an EXR file, e.g. "alpha_left"
+  std::string group;  ///< maps of a group share a picture and its scale; also the scale's label
+  float max{1.0f};    ///< upper end of the scale, which starts at 0
+};
+
 /// Where a tile's results go. Arrays are owned by the caller and have the sizes stated.
 struct TileOutput {
   std::span<Rgb> radiance;  ///< [pixel][estimate]: outgoing radiance by direct light [W/(m^2 sr)],
                             ///< own emission excluded
-  std::span<float> maps;    ///< [pixel][estimate][map_names], or empty when maps are not asked for
+  std::span<float> maps;    ///< [pixel][estimate][maps()], or empty when maps are not asked for
   EstimateCounters counters;
+  EstimateRecorder* recorder{nullptr};  ///< nullptr unless a pixel is replayed
 };
 
 /// One estimator with its scratch memory; one object per thread.
@@ -86,7 +95,7 @@ struct TileOutput {
 ///  only;
 ///  - information is shared only inside the tile;
 ///  - at most (initial + adaptive) x lights samples per estimate on average;
-///  - no allocation, lock, clock, print or exception inside;
+///  - no allocation (but for a recorder), lock, clock, print or exception inside;
 ///  - results are never clamped, skipped or replaced.
 class Estimator {
  public:
@@ -95,8 +104,8 @@ class Estimator {
   /// @param seed  of the run; repetitions differ in nothing else
   virtual void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept = 0;
 
-  /// Names of the per-estimate maps, in the order of TileOutput::maps; empty when there are none.
-  virtual std::vector<std::string> map_names() const { return {}; }
+  /// The per-estimate maps, in the order of TileOutput::maps; empty when there are none.
+  virtual std::vector<MapInfo> maps() const { return {}; }
 };
 
 /// Facts about an estimator that the harness needs, and its factory. Each estimator's folder
@@ -111,6 +120,9 @@ struct EstimatorEntry {
   /// Whether E[estimate] is the exact radiance with these parameters, and why not.
   /// @return empty when unbiased, otherwise the reason in one clause
   std::string (*bias_reason)(const ParamSet&){nullptr};
+  /// The conformance fixture ('A' to 'F', tests/support/fixtures.h) whose test of unbiasedness the
+  /// default parameters must fail; 0 where they are unbiased.
+  char bias_fixture{0};
   /// Prepares for one scene and budget; the time it takes is reported apart (time_prepare_s). The
   /// scene must outlive the estimator.
   /// @throws InputError when a combination of parameters, budget and scene has no meaning

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "harness/experiment.h"
+#include "harness/map_strips.h"
 #include "harness/picture.h"
 #include "harness/progress.h"
 #include "harness/render.h"
@@ -21,14 +22,6 @@ std::string slug(const std::string& text) {
   }
   while (!result.empty() && result.back() == '-') result.pop_back();
   return result;
-}
-
-// "alpha_left" as "α_{left}", the way the paper writes it.
-std::string caption_of(const std::string& map_name) {
-  const std::string prefix = "alpha_";
-  if (map_name.rfind(prefix, 0) != 0) return map_name;
-  const std::string component = map_name.substr(prefix.size());
-  return "α_{" + (component == "bsdf" ? "BRDF" : component) + "}";
 }
 
 }  // namespace
@@ -63,10 +56,8 @@ void Experiment::write_cell_pictures(const Cell& cell) {
         reflected.pixels[i] - (reference.half_a.pixels[i] + reference.half_b.pixels[i]) * 0.5f;
   }
   std::vector<ExrLayer> layers = {{"", picture}, {"reflected", reflected}, {"error", error}};
-  std::vector<Panel> panels;
   for (std::size_t m = 0; m < result.maps.size(); ++m) {
-    layers.push_back({result.map_names[m], result.maps[m]});
-    panels.push_back({caption_of(result.map_names[m]), result.maps[m]});
+    layers.push_back({result.map_infos[m].name, result.maps[m]});
   }
   const float exposure = config_.images.exposure;
   write_png_rgb(image_file(cell, ".png"), picture, exposure);
@@ -76,14 +67,8 @@ void Experiment::write_cell_pictures(const Cell& cell) {
     write_png_rgb(image_file(cell, "-" + slug(crop_config.name) + ".png"),
                   crop(picture, {r[0], r[1], r[2], r[3]}), exposure);
   }
-  if (!panels.empty()) {
-    StripStyle style;
-    style.scale.min = 0.0f;
-    style.scale.max = 1.0f;
-    style.scale.label = "mixture weight after two iterations";
-    write_png_strip(image_file(cell, "-maps.png"), panels,
-                    fmt::format("{}, {}: mixture weights", scene.config->name, cell.label), style);
-  }
+  write_map_strips(image_file(cell, "-maps.png"), result,
+                   fmt::format("{}, {}", scene.config->name, cell.label));
   // Last: the file whose presence says that all pictures of the cell are there.
   write_exr(image_file(cell, ".exr"), layers,
             {{"cell", cell.id},

@@ -42,7 +42,7 @@ class Job {
     for (Worker& worker : workers_) {
       worker.estimator = settings.estimator->create(scene, settings.params, settings.budget);
     }
-    if (settings.maps) result.map_names = workers_[0].estimator->map_names();
+    if (settings.maps) result.map_infos = workers_[0].estimator->maps();
     size_buffers();
     result.time_prepare_s = prepare.wall_s();
   }
@@ -81,7 +81,7 @@ class Job {
     const std::size_t estimates = largest * static_cast<std::size_t>(settings_.spp);
     for (Worker& worker : workers_) {
       worker.radiance.resize(estimates);
-      worker.maps.resize(estimates * result_.map_names.size());
+      worker.maps.resize(estimates * result_.map_infos.size());
       worker.bad.reserve(kMaxListed);
     }
     result_.width = points_.width;
@@ -89,7 +89,7 @@ class Job {
     result_.radiance.assign(
         static_cast<std::size_t>(points_.width) * static_cast<std::size_t>(points_.height),
         Vec3d(0.0));
-    for (std::size_t m = 0; m < result_.map_names.size(); ++m) {
+    for (std::size_t m = 0; m < result_.map_infos.size(); ++m) {
       result_.maps.push_back(make_scalar_image(points_.width, points_.height));
     }
   }
@@ -106,7 +106,7 @@ class Job {
     tile.points = points_.of(rect);
     TileOutput out;
     out.radiance = std::span(worker.radiance).first(tile.estimate_count());
-    out.maps = std::span(worker.maps).first(tile.estimate_count() * result_.map_names.size());
+    out.maps = std::span(worker.maps).first(tile.estimate_count() * result_.map_infos.size());
     worker.estimator->estimate(tile, settings_.seed, out);
     worker.counters += out.counters;
     for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) store_pixel(tile, pixel, out, worker);
@@ -127,7 +127,7 @@ class Job {
     }
     result_.radiance[place] = sum / static_cast<double>(samples);
 
-    const std::size_t maps = result_.map_names.size();
+    const std::size_t maps = result_.map_infos.size();
     for (std::size_t m = 0; m < maps; ++m) {
       double total = 0.0;
       int valid = 0;
@@ -195,7 +195,7 @@ std::vector<Vec3d> seen_emission(const Scene& scene, const ShadingPoints& points
       const std::size_t place =
           pixel_index(points.width, tile.x0 + pixel % tile.width, tile.y0 + pixel / tile.width);
       const Light& light = scene.lights()[static_cast<std::size_t>(list[i].light)];
-      emission[place] += Vec3d(light.radiance) / static_cast<double>(samples);
+      emission[place] += Vec3d(light.radiance_along(-list[i].wo)) / static_cast<double>(samples);
     }
   }
   return emission;

@@ -30,7 +30,7 @@ struct BadEstimate {
 struct RenderResult {
   int width{0}, height{0};
   std::vector<Vec3d> radiance;  ///< [y][x], mean reflected radiance, own emission excluded
-  std::vector<std::string> map_names;
+  std::vector<MapInfo> map_infos;
   std::vector<ScalarImage> maps;  ///< means over the estimates of valid points
   EstimateCounters counters;
   double time_wall_s{0};          ///< of the estimation alone

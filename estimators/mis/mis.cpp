@@ -39,9 +39,7 @@ class Mis final : public Estimator {
       : budget_(budget),
         layout_(params.text("layout") == "pairs" ? Layout::Pairs : Layout::Shared),
         heuristic_(params.text("heuristic") == "power2" ? Heuristic::Power2 : Heuristic::Balance),
-        mixture_(scene, light_sampling_of(params), false,
-                 static_cast<std::size_t>(budget.srl()) *
-                     std::max<std::size_t>(scene.lights().size(), 1)),
+        mixture_(scene, light_sampling_of(params), false, most_samples(scene, budget)),
         counts_(scene.lights().size() + 2),
         coefficients_(scene.lights().size() + 2) {}
 
@@ -77,6 +75,7 @@ class Mis final : public Estimator {
     const RgbSum sum = heuristic_ == Heuristic::Balance
                            ? balance_sum(mixture_, 0, std::span(coefficients_).first(m))
                            : power2_sum(std::span(coefficients_).first(m));
+    mixture_.scale_recorded_weights(0, mixture_.size(), 1.0 / n);
     return sum / static_cast<double>(n);
   }
 
@@ -98,6 +97,7 @@ class Mis final : public Estimator {
         ++mixture_.counters().uncovered;
         continue;
       }
+      mixture_.record_weight(i, density / squares);
       sum += widen(mixture_.f(i)) * (density / squares);
     }
     return sum;

@@ -1,7 +1,9 @@
 #include "estimators/mixture/mixture.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "scenes/core/error.h"
 #include "scenes/core/frame.h"
 #include "scenes/core/warp.h"
 
@@ -50,42 +52,86 @@ float Cone::pdf_w(const Vec3& wi) const noexcept {
   return (wi - axis).length2() <= 2.0f * one_minus_cos ? uniform_cone_pdf_w(one_minus_cos) : 0.0f;
 }
 
+double Cone::half_angle() const noexcept {
+  return 2.0 * std::asin(std::sqrt(0.5 * static_cast<double>(one_minus_cos)));
+}
+
 Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_as_one,
-                 std::size_t max_samples)
+                 std::size_t max_samples, Densities densities)
     : scene_(&scene),
       light_sampling_(light_sampling),
       lights_as_one_(lights_as_one),
+      densities_(densities),
       max_components_(scene.lights().size() + 2),
       bsdf_(scene.bsdf(0), Vec3(0.0f, 0.0f, 1.0f)),
       light_pdfs_(scene.lights().size() + 1),
       wi_(max_samples),
       f_(max_samples),
       component_(max_samples),
-      pdfs_(max_samples * max_components_),
-      rays_(max_samples) {
+      own_pdf_(max_samples),
+      pdfs_(densities == Densities::All ? max_samples * max_components_ : 0),
+      rays_(max_samples),
+      delta_batch_(static_cast<std::size_t>(
+          std::count_if(scene.lights().begin(), scene.lights().end(),
+                        [](const Light& light) { return light.is_delta(); }))),
+      record_index_(max_samples) {
+  PN_CHECK(!lights_as_one || densities == Densities::All, "one component has one density");
   active_.reserve(scene.lights().size());
   active_ids_.reserve(scene.lights().size());
+  for (std::uint32_t i = 0; i < scene.lights().size(); ++i) {
+    if (scene.lights()[i].is_delta()) delta_ids_.push_back(i);
+  }
+  delta_rays_.reserve(delta_ids_.size());
 }
 
-bool Mixture::set_up(const ShadingPoint& point) noexcept {
+void Mixture::set_up(const ShadingPoint& point, EstimateRecord* record) noexcept {
   active_.clear();
   active_ids_.clear();
   const std::span<const Light> lights = scene_->lights();
   LightProposal proposal;
   for (std::size_t i = 0; i < lights.size(); ++i) {
+    if (lights[i].is_delta()) continue;
     if (!proposal.set_up(lights[i], light_sampling_, point.position, point.geometric_normal))
       continue;
     active_.push_back(proposal);
     active_ids_.push_back(static_cast<std::uint32_t>(i));
   }
-  if (active_.empty()) return false;
-  restrict_to_light(-1);
   point_ = point;
+  record_ = nullptr;
+  if (active_.empty() && delta_ids_.empty()) return;
+  restrict_to_light(-1);
   frame_ = Frame(point.shading_normal);
   bsdf_ = BoundBsdf(scene_->bsdf(point.material), frame_.to_local(point.wo));
   cone_ = Cone{};
   clear_samples();
-  return true;
+  if (record != nullptr) begin_record(record);
+}
+
+Rgb Mixture::delta_radiance() noexcept {
+  if (delta_ids_.empty()) return Rgb(0.0f);
+  delta_batch_.clear();
+  delta_rays_.clear();
+  for (const std::uint32_t id : delta_ids_) {
+    const auto sample =
+        sample_delta(scene_->lights()[id], point_.position, point_.geometric_normal);
+    if (!sample) continue;
+    ++counters_.samples;
+    const Vec3 local = frame_.to_local(sample->wi);
+    const Rgb f_cos = local.z > 0.0f ? bsdf_.evaluate(local).f_cos : Rgb(0.0f);
+    if (is_black(f_cos)) continue;
+    delta_batch_.add(point_.position, sample->wi);
+    delta_rays_.push_back({sample->distance, f_cos * sample->irradiance});
+  }
+  scene_->intersect(delta_batch_);
+  counters_.rays += delta_batch_.size();
+  RgbSum sum(0.0);
+  for (std::size_t i = 0; i < delta_rays_.size(); ++i) {
+    const RayHit& hit = delta_batch_.hits[i];
+    if (!hit.hit() || hit.distance >= delta_rays_[i].distance)
+      sum += widen(delta_rays_[i].reflected);
+  }
+  if (record_ != nullptr) record_->delta = narrow(sum);
+  return narrow(sum);
 }
 
 void Mixture::restrict_to_light(int i) noexcept {
@@ -97,6 +143,7 @@ void Mixture::restrict_to_light(int i) noexcept {
 void Mixture::draw(SamplerKind sampler, StreamKey key, std::span<const int> counts) noexcept {
   const std::size_t first = size_;
   rays_.clear();
+  if (record_ != nullptr) record_draw(counts);
   for (int k = 0; k < components(); ++k) {
     const int count = counts[static_cast<std::size_t>(k)];
     if (count > 0) draw_component(sampler, stream(key, k), k, count);
@@ -135,6 +182,7 @@ void Mixture::draw_component(SamplerKind sampler, const StreamKey& key, int comp
         std::min(total - done, static_cast<std::uint32_t>(kBlock - drawn_.count));
     points.fill(done, n, with_choice, drawn_.variates);
     std::fill_n(drawn_.component.begin() + static_cast<std::ptrdiff_t>(drawn_.count), n, component);
+    drawn_.lights_only = drawn_.lights_only && is_light;
     if (component == cone_component()) {
       draw_cone(n);
     } else if (component == bsdf_component()) {
@@ -190,13 +238,17 @@ void Mixture::draw_cone(std::size_t count) noexcept {
   to_local(frame_, drawn_.wi, drawn_.count, count, drawn_.wi_local);
 }
 
-// Densities of all light components, and in any_light_pdf a number that is positive where one of
-// them is.
+// Densities of the light components as far as they are wanted, and in any_light_pdf a number that
+// is positive where one of them is.
 void Mixture::fill_light_pdfs() noexcept {
   const std::size_t count = drawn_.count;
   const std::size_t lanes = whole_groups(count);
   const int lights = last_light_ - first_light_;
   Block<float>& sum = drawn_.any_light_pdf;
+  if (densities_ == Densities::Own && drawn_.lights_only) {
+    std::copy_n(drawn_.own_pdf.begin(), count, sum.begin());
+    return;
+  }
   for (int k = 0; k < lights; ++k) {
     Block<float>& pdf = light_pdfs_[static_cast<std::size_t>(k)];
     proposal(k).pdf_w(drawn_.wi, count, pdf);
@@ -228,7 +280,7 @@ std::size_t Mixture::list_survivors() noexcept {
 void Mixture::keep_block() noexcept {
   fill_light_pdfs();
   const std::size_t survivors = list_survivors();
-  drawn_.count = 0;
+  if (record_ != nullptr) record_block();
   for (std::size_t i = 0; i < survivors; ++i) {
     drawn_.survivor_local.set(i, drawn_.wi_local[drawn_.survivors[i]]);
   }
@@ -239,30 +291,44 @@ void Mixture::keep_block() noexcept {
     if (is_black(f_cos)) continue;
     const std::size_t lane = drawn_.survivors[i];
     const Vec3 wi = drawn_.wi[lane];
-    float* pdfs = &pdfs_[size_ * max_components_];
-    for (std::size_t k = 0; k < lights; ++k) pdfs[k] = light_pdfs_[k][lane];
-    pdfs[lights] = drawn_.bsdf_pdf[i];
-    component_[size_] = drawn_.component[lane];
-    pdfs[lights + 1] =
-        component_[size_] == cone_component() ? drawn_.own_pdf[lane] : cone_.pdf_w(wi);
+    const int component = drawn_.component[lane];
+    const float own = component == bsdf_component() ? drawn_.bsdf_pdf[i] : drawn_.own_pdf[lane];
+    if (densities_ == Densities::All) {
+      float* pdfs = &pdfs_[size_ * max_components_];
+      for (std::size_t k = 0; k < lights; ++k) pdfs[k] = light_pdfs_[k][lane];
+      pdfs[lights] = drawn_.bsdf_pdf[i];
+      pdfs[lights + 1] = component == cone_component() ? own : cone_.pdf_w(wi);
+    }
+    own_pdf_[size_] = own;
+    component_[size_] = component;
     wi_[size_] = wi;
     f_[size_] = f_cos;
+    if (record_ != nullptr) record_index_[size_] = record_lane_[lane];
     rays_.add(point_.position, wi);
     ++size_;
   }
+  drawn_.count = 0;
+  drawn_.lights_only = true;
 }
 
 void Mixture::trace(std::size_t first) noexcept {
   scene_->intersect(rays_);
   counters_.rays += rays_.size();
   for (std::size_t i = 0; i < rays_.size(); ++i) {
-    const std::int32_t light = scene_->emitter(rays_.hits[i], wi_[first + i]);
-    const bool counts = light != kNoLight &&
-                        (!restricted_ || static_cast<std::uint32_t>(light) ==
-                                             active_ids_[static_cast<std::size_t>(first_light_)]);
-    f_[first + i] = counts
-                        ? f_[first + i] * scene_->lights()[static_cast<std::size_t>(light)].radiance
-                        : Rgb(0.0f);
+    const std::size_t sample = first + i;
+    const std::int32_t light = scene_->emitter(rays_.hits[i], wi_[sample]);
+    bool counts = light != kNoLight;
+    if (counts && (restricted_ || densities_ == Densities::Own)) {
+      const bool from_light = component_[sample] < light_components();
+      const int wanted = first_light_ + (from_light ? component_[sample] : 0);
+      counts = (!restricted_ && !from_light) ||
+               static_cast<std::uint32_t>(light) == active_ids_[static_cast<std::size_t>(wanted)];
+    }
+    f_[sample] =
+        counts ? f_[sample] *
+                     scene_->lights()[static_cast<std::size_t>(light)].radiance_along(wi_[sample])
+               : Rgb(0.0f);
+    if (record_ != nullptr) record_traced(sample, counts);
   }
 }
 
@@ -276,6 +342,7 @@ RgbSum balance_sum(Mixture& mixture, std::size_t first,
       ++mixture.counters().uncovered;
       continue;
     }
+    mixture.record_weight(i, 1.0 / k);
     sum += widen(mixture.f(i)) * (1.0 / k);
   }
   return sum;

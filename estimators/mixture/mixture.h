@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -7,10 +9,10 @@
 #include "estimators/estimator.h"
 #include "scenes/core/block.h"
 
-/// The multi-sample mixture that `mis` and `pmc_hi` share: one component per light (or one for all
-/// lights), one for the BSDF, and an optional cone. It draws directions, evaluates every
-/// component's density for each, and traces them as one batch. What weights the samples get is the
-/// estimator's business.
+/// The multi-sample mixture that the estimators share: one component per light (or one for all
+/// lights), one for the BSDF, and an optional cone. It draws directions, evaluates the components'
+/// densities for each, and traces them as one batch. What weights the samples get is the
+/// estimator's business. Delta lights are no components: their light is added apart.
 namespace penumbra {
 
 /// Double-precision RGB, for sums and weights.
@@ -30,25 +32,39 @@ struct Cone {
   float one_minus_cos{0.0f};    ///< of the half angle
 
   bool active() const noexcept { return one_minus_cos > 0.0f; }
+  /// [rad]; 0 when inactive
+  double half_angle() const noexcept;
   /// Density 1/(2 pi (1 - cos beta)) inside, 0 outside [1/sr].
   float pdf_w(const Vec3& wi) const noexcept;
+};
+
+/// Which densities a sample gets.
+enum class Densities : std::uint8_t {
+  All,  ///< of every component: samples stand for light from all lights
+  Own,  ///< of the component that drew it: a light's samples stand for light from that light only
 };
 
 /// Components are numbered lights first (those that can contribute at the point), then BSDF, then
 /// cone.
 class Mixture {
  public:
-  /// @param lights_as_one  one component that draws a light uniformly, instead of one per light
+  /// @param lights_as_one  one component that draws a light uniformly, instead of one per light;
+  ///                       needs all densities
   /// @param max_samples    largest number of samples kept at a time
   Mixture(const Scene& scene, LightSampling light_sampling, bool lights_as_one,
-          std::size_t max_samples);
+          std::size_t max_samples, Densities densities = Densities::All);
 
   /// Binds the mixture to a point: sets up the lights that can contribute there and drops the cone
   /// and all samples.
-  /// @return false where no light can contribute, so that the radiance is exactly 0
-  bool set_up(const ShadingPoint& point) noexcept;
+  /// @param record  filled with all that is drawn at this point, unless nullptr
+  void set_up(const ShadingPoint& point, EstimateRecord* record = nullptr) noexcept;
 
-  /// Lights that can contribute at the point.
+  /// Reflected light of the delta lights at the point [W/(m^2 sr)], exact, with one ray for each
+  /// that is above the horizon.
+  Rgb delta_radiance() noexcept;
+
+  /// Lights with a density that can contribute at the point; where there is none, there is nothing
+  /// to draw.
   int active_lights() const noexcept { return static_cast<int>(active_.size()); }
   /// Scene index of active light i.
   std::uint32_t light_index(int i) const noexcept {
@@ -79,14 +95,25 @@ class Mixture {
   /// Integrand: arriving radiance x BSDF x cosine.
   const Rgb& f(std::size_t i) const noexcept { return f_[i]; }
   int component(std::size_t i) const noexcept { return component_[i]; }
+  /// Density of the component that drew sample i [1/sr].
+  float own_pdf(std::size_t i) const noexcept { return own_pdf_[i]; }
   /// Density of every component in the direction of sample i [1/sr]; its own is the one it was
-  /// drawn with.
+  /// drawn with. Only with Densities::All.
   std::span<const float> pdfs(std::size_t i) const noexcept {
     const auto m = static_cast<std::size_t>(components());
     return {&pdfs_[i * max_components_], m};
   }
 
   EstimateCounters& counters() noexcept { return counters_; }
+
+  /// The record given to set_up, with the iterations and samples drawn so far; or nullptr.
+  EstimateRecord* record() noexcept { return record_; }
+  /// States the weight of sample i in the record; nothing without one.
+  void record_weight(std::size_t i, double weight) noexcept {
+    if (record_ != nullptr) record_->samples[record_index_[i]].weight = weight;
+  }
+  /// Multiplies the recorded weights of samples [first, last).
+  void scale_recorded_weights(std::size_t first, std::size_t last, double factor) noexcept;
 
  private:
   StreamKey stream(StreamKey key, int component) const noexcept;
@@ -99,6 +126,11 @@ class Mixture {
   std::size_t list_survivors() noexcept;
   void keep_block() noexcept;
   void trace(std::size_t first) noexcept;
+  void begin_record(EstimateRecord* record) noexcept;
+  void record_draw(std::span<const int> counts) noexcept;
+  void record_block() noexcept;
+  void record_traced(std::size_t i, bool lit) noexcept;
+  std::size_t recorded_component(int component) const noexcept;
   const LightProposal& proposal(int component) const noexcept {
     return active_[static_cast<std::size_t>(first_light_ + component)];
   }
@@ -106,6 +138,7 @@ class Mixture {
   const Scene* scene_;
   LightSampling light_sampling_;
   bool lights_as_one_;
+  Densities densities_;
   std::size_t max_components_;
 
   // The point.
@@ -121,6 +154,7 @@ class Mixture {
   // The directions at hand, lane by lane: drawn, then thinned out to those that can contribute.
   struct Drawn {
     std::size_t count{0};
+    bool lights_only{true};  // no direction of another component
     VariateBlock variates;
     VectorBlock wi, wi_local;
     Block<float> own_pdf{}, any_light_pdf{};
@@ -137,9 +171,23 @@ class Mixture {
   std::vector<Vec3> wi_;
   std::vector<Rgb> f_;
   std::vector<int> component_;
+  std::vector<float> own_pdf_;
   std::vector<float> pdfs_;  // [sample][max_components_]
   RayBatch rays_;
+
+  // Delta lights.
+  std::vector<std::uint32_t> delta_ids_;
+  struct DeltaRay {
+    float distance;
+    Rgb reflected;  // without occlusion
+  };
+  std::vector<DeltaRay> delta_rays_;
+  RayBatch delta_batch_;
+
   EstimateCounters counters_;
+  EstimateRecord* record_{nullptr};
+  std::vector<std::size_t> record_index_;                       // [sample]
+  std::array<std::size_t, kBlock + kLaneGroup> record_lane_{};  // [lane of the block at hand]
 };
 
 /// Density of the mixture with coefficients c_k at one sample: K = sum_k c_k h_k [1/sr].
@@ -157,6 +205,11 @@ inline double mixture_pdf_w(std::span<const float> pdfs,
 RgbSum balance_sum(Mixture& mixture, std::size_t first,
                    std::span<const double> coefficients) noexcept;
 
+/// Samples that one estimate draws at most: the size to make a mixture with.
+inline std::size_t most_samples(const Scene& scene, const Budget& budget) noexcept {
+  return static_cast<std::size_t>(budget.srl()) * std::max<std::size_t>(scene.lights().size(), 1);
+}
+
 /// Counts of the shared MIS layout: half of each light's shadow rays for the light, the other half
 /// pooled for the BSDF; an odd one goes to the light.
 /// @param counts  [component]; filled for light components and BSDF, cone 0
@@ -164,10 +217,12 @@ RgbSum balance_sum(Mixture& mixture, std::size_t first,
 int shared_mis_counts(int srl, int active_lights, int light_components,
                       std::span<int> counts) noexcept;
 
-/// Goes through the estimates of a tile in the order of its output: binds the mixture to each point
-/// where light can arrive, stores what `one_point` returns, 0 elsewhere, and adds up the counters.
+/// Goes through the estimates of a tile in the order of its output: binds the mixture to each
+/// point, adds the light of delta lights to what `one_point` returns, stores the sum, 0 where the
+/// point is not valid, and adds up the counters.
 /// @param before_point  called with the index of every estimate, also of those that are 0
-/// @param one_point     called with the key of the estimate; returns its radiance
+/// @param one_point     called with the key of the estimate where there are lights to draw from;
+///                      returns their radiance
 template <typename BeforePoint, typename OnePoint>
 void estimate_tile(Mixture& mixture, const Tile& tile, std::uint64_t seed, TileOutput& out,
                    BeforePoint before_point, OnePoint one_point) noexcept {
@@ -181,8 +236,12 @@ void estimate_tile(Mixture& mixture, const Tile& tile, std::uint64_t seed, TileO
       key.estimate = static_cast<std::uint32_t>(s);
       const ShadingPoint& point = tile.point(pixel, s);
       before_point(i);
-      mixture.counters().estimates += point.valid() ? 1u : 0u;
-      out.radiance[i] = point.valid() && mixture.set_up(point) ? one_point(key) : Rgb(0.0f);
+      out.radiance[i] = Rgb(0.0f);
+      if (!point.valid()) continue;
+      ++mixture.counters().estimates;
+      mixture.set_up(point, out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr);
+      out.radiance[i] = mixture.delta_radiance();
+      if (mixture.active_lights() > 0) out.radiance[i] += one_point(key);
     }
   }
   out.counters += mixture.counters();

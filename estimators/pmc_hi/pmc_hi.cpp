@@ -14,7 +14,8 @@
 //   population.
 // Initial stage: srl_initial x lights directions with alpha_cone = 0 and the others equal. Adaptive
 // stage: srl_adaptive x lights directions in iterations of about N = 2m, m the number of
-// components.
+// components. Two stages (the paper's section 6): a few such populations adapt the mixture, then
+// one large iteration draws all the rest from it.
 //
 // Deviations from the paper, each with its reason; the literal reading is a set of switches:
 //   n_min = 1            Eq. 6 never revives a component of weight 0, so the literal method loses
@@ -49,6 +50,8 @@ namespace {
 
 // The weights that the maps show: those learned by the first two iterations.
 constexpr int kMapIteration = 2;
+// Maps behind those of the weights: cone angle, hits, rays.
+constexpr std::size_t kOtherMaps = 3;
 
 struct Iteration {
   int n{0};
@@ -65,30 +68,35 @@ class PmcHi final : public Estimator {
         budget_(budget),
         scene_(&scene),
         mixture_(scene, settings_.light_sampling, settings_.lights_as_one,
-                 static_cast<std::size_t>(budget.srl()) *
-                     std::max<std::size_t>(scene.lights().size(), 1)),
+                 most_samples(scene, budget)),
         alpha_(scene.lights().size() + 2),
         learned_(alpha_.size()),
         evidence_(alpha_.size()),
         counts_(alpha_.size()),
-        weights_(static_cast<std::size_t>(budget.srl()) *
-                 std::max<std::size_t>(scene.lights().size(), 1)) {
-    check_budget(settings_, budget, scene.lights().size());
-    const std::size_t most = most_iterations(static_cast<int>(scene.lights().size()));
+        weights_(most_samples(scene, budget)) {
+    const auto lights = static_cast<std::size_t>(
+        std::count_if(scene.lights().begin(), scene.lights().end(),
+                      [](const Light& light) { return !light.is_delta(); }));
+    check_budget(settings_, budget, lights);
+    const std::size_t most = most_iterations(static_cast<int>(lights));
     iterations_.resize(most);
     coefficients_.resize(most * alpha_.size());
   }
 
-  std::vector<std::string> map_names() const override {
-    std::vector<std::string> names;
+  std::vector<MapInfo> maps() const override {
+    const std::string weights = "mixture weight after two iterations";
+    std::vector<MapInfo> maps;
     if (settings_.lights_as_one) {
-      names.emplace_back("alpha_lights");
+      maps.push_back({"alpha_lights", weights});
     } else {
-      for (const Light& light : scene_->lights()) names.push_back("alpha_" + light.name);
+      for (const Light& light : scene_->lights()) maps.push_back({"alpha_" + light.name, weights});
     }
-    names.emplace_back("alpha_bsdf");
-    names.emplace_back("alpha_cone");
-    return names;
+    maps.push_back({"alpha_bsdf", weights});
+    maps.push_back({"alpha_cone", weights});
+    maps.push_back({"cone_angle", "half angle of the cone after two iterations [rad]", 1.0f});
+    maps.push_back({"hits", "share of samples that brought light", 1.0f});
+    maps.push_back({"rays", "share of samples that were traced", 1.0f});
+    return maps;
   }
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {
@@ -102,9 +110,11 @@ class PmcHi final : public Estimator {
   }
 
  private:
-  std::size_t map_count() const noexcept {
+  // Maps of mixture weights, and all maps.
+  std::size_t weight_map_count() const noexcept {
     return (settings_.lights_as_one ? 1 : scene_->lights().size()) + 2;
   }
+  std::size_t map_count() const noexcept { return weight_map_count() + kOtherMaps; }
 
   // Samples per adaptive iteration for m components.
   int population(int light_components) const noexcept {
@@ -115,7 +125,16 @@ class PmcHi final : public Estimator {
   int adaptive_iterations(int active_lights, int light_components) const noexcept {
     const int rays = budget_.srl_adaptive * active_lights;
     if (!settings_.adapt || rays == 0) return 0;
-    return settings_.single_stage ? 1 : std::max(1, rays / population(light_components));
+    const int populations = std::max(1, rays / population(light_components));
+    return settings_.two_stage ? std::min(settings_.base_iterations + 1, populations) : populations;
+  }
+
+  // Samples of adaptive iteration t >= 1 of `count`. Populations: nearly equal shares, the first
+  // take what is left over. Two stages: populations, then all the rest at once.
+  int adaptive_samples(int t, int count, int rays) const noexcept {
+    if (!settings_.two_stage) return rays / count + (t <= rays % count ? 1 : 0);
+    const int base = population(mixture_.light_components());
+    return t < count ? base : rays - (count - 1) * base;
   }
 
   // Largest number of iterations at any point of the scene.
@@ -144,9 +163,7 @@ class PmcHi final : public Estimator {
         start(key, initial_rays, lights);
         it.n = initial_rays;
       } else {
-        // Nearly equal shares; the first iterations take what is left over.
-        const int adaptive = count_ - 1;
-        it.n = adaptive_rays / adaptive + (t <= adaptive_rays % adaptive ? 1 : 0);
+        it.n = adaptive_samples(t, count_ - 1, adaptive_rays);
         round_counts(settings_.rounding, std::span(alpha_).first(m_), it.n, key,
                      std::span(counts_).first(m_));
         raise_to_minimum(std::span(counts_).first(m_), settings_.n_min);
@@ -156,6 +173,7 @@ class PmcHi final : public Estimator {
       if (t + 1 < count_ || (!map_.empty() && t < kMapIteration)) adapt(t, it);
     }
     mixture_.counters().iterations += static_cast<std::uint64_t>(count_);
+    record_shares(initial_rays + (count_ > 1 ? adaptive_rays : 0));
     return narrow(combined());
   }
 
@@ -189,6 +207,10 @@ class PmcHi final : public Estimator {
     it.cone = mixture_.cone();
     it.first = mixture_.size();
     mixture_.draw(budget_.sampler, key, std::span(counts_).first(m_));
+    if (EstimateRecord* record = mixture_.record()) {
+      record->iterations.back().alpha.assign(alpha_.begin(),
+                                             alpha_.begin() + static_cast<std::ptrdiff_t>(m_));
+    }
     it.sum = balance_sum(mixture_, it.first, c);
     for (std::size_t i = it.first; i < mixture_.size(); ++i) {
       const double f = luminance(widen(mixture_.f(i)));
@@ -256,15 +278,27 @@ class PmcHi final : public Estimator {
   // at the point.
   void record_map(int t, std::span<const double> learned) noexcept {
     if (map_.empty() || t + 1 > kMapIteration) return;
-    std::fill(map_.begin(), map_.end(), 0.0f);
+    const std::span<float> weights = map_.first(weight_map_count());
+    std::fill(weights.begin(), weights.end(), 0.0f);
     const std::size_t lights = m_ - 2;
     for (std::size_t k = 0; k < lights; ++k) {
       const std::size_t place =
           settings_.lights_as_one ? 0 : mixture_.light_index(static_cast<int>(k));
-      map_[place] = static_cast<float>(learned[k]);
+      weights[place] = static_cast<float>(learned[k]);
     }
-    map_[map_.size() - 2] = static_cast<float>(learned[lights]);
-    map_[map_.size() - 1] = static_cast<float>(learned[lights + 1]);
+    weights[weights.size() - 2] = static_cast<float>(learned[lights]);
+    weights[weights.size() - 1] = static_cast<float>(learned[lights + 1]);
+    map_[weights.size()] = static_cast<float>(mixture_.cone().half_angle());
+  }
+
+  // What became of the samples of all iterations.
+  void record_shares(int drawn) noexcept {
+    if (map_.empty()) return;
+    const auto hits = std::count_if(weights_.begin(),
+                                    weights_.begin() + static_cast<std::ptrdiff_t>(mixture_.size()),
+                                    [](double w) { return w > 0.0; });
+    map_[map_.size() - 2] = static_cast<float>(hits) / static_cast<float>(drawn);
+    map_[map_.size() - 1] = static_cast<float>(mixture_.size()) / static_cast<float>(drawn);
   }
 
   RgbSum combined() noexcept {
@@ -281,7 +315,21 @@ class PmcHi final : public Estimator {
       sum += it.sum * factor;
       total += factor * it.n;
     }
+    if (mixture_.record() != nullptr) {
+      for (int t = 0; t < count_; ++t) {
+        const double factor = settings_.combine == Combine::Sqrt ? std::sqrt(t + 1.0) : 1.0;
+        scale_record(t, t < first ? 0.0 : factor / total);
+      }
+    }
     return sum / total;
+  }
+
+  // Scales the recorded weights of one iteration.
+  void scale_record(int t, double factor) noexcept {
+    const auto next = static_cast<std::size_t>(t) + 1;
+    mixture_.scale_recorded_weights(iterations_[next - 1].first,
+                                    t + 1 < count_ ? iterations_[next].first : mixture_.size(),
+                                    factor);
   }
 
   // Iterations weighted by the inverse of their own sample variances: the negative control, biased.
@@ -303,7 +351,9 @@ class PmcHi final : public Estimator {
       const double weight = largest > 0.0 ? 1.0 / std::max(variance(it), 1e-3 * largest) : 1.0;
       sum += it.sum * (weight / it.n);
       total += weight;
+      scale_record(t, weight / it.n);
     }
+    mixture_.scale_recorded_weights(0, mixture_.size(), 1.0 / total);
     return sum / total;
   }
 
@@ -326,7 +376,9 @@ class PmcHi final : public Estimator {
         k += it.n * c[m_ - 1] *
              static_cast<double>(own ? pdfs[m_ - 1] : it.cone.pdf_w(mixture_.wi(i)));
       }
-      if (k > 0.0) sum += widen(mixture_.f(i)) / k;
+      if (!(k > 0.0)) continue;
+      mixture_.record_weight(i, 1.0 / k);
+      sum += widen(mixture_.f(i)) / k;
     }
     return sum;
   }

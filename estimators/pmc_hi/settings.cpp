@@ -42,8 +42,12 @@ std::span<const ParamSpec> specs() {
       light_sampling_param(),
       text("light_mode", {"per_light", "all_as_one"},
            "one component per light, or one that draws a light uniformly"),
-      text("schedule", {"populations", "single"},
-           "adaptive rays in iterations of `population` samples, or all in one iteration"),
+      text("schedule", {"populations", "two_stage"},
+           "adaptive rays in iterations of `population` samples; or base_iterations of them to "
+           "adapt "
+           "and one large iteration with the rest"),
+      number("base_iterations", std::int64_t{1}, 0, 1024,
+             "adaptive populations of the first of two stages; 0 draws all adaptive rays at once"),
       number("population", std::int64_t{0}, 0, 65536,
              "samples per adaptive iteration; 0 means twice the number of components"),
       {.name = "adapt",
@@ -84,7 +88,8 @@ Settings read_settings(const ParamSet& params) {
   Settings s;
   s.light_sampling = light_sampling_of(params);
   s.lights_as_one = params.text("light_mode") == "all_as_one";
-  s.single_stage = params.text("schedule") == "single";
+  s.two_stage = params.text("schedule") == "two_stage";
+  s.base_iterations = static_cast<int>(params.integer("base_iterations"));
   s.population = static_cast<int>(params.integer("population"));
   s.adapt = params.boolean("adapt");
   s.initial = choice<Initial>(params, "initial");
@@ -153,7 +158,7 @@ void check_budget(const Settings& s, const Budget& budget, std::size_t lights) {
   constexpr std::size_t kMaxIterations = 4095;
   const std::size_t smallest = s.population > 0 ? static_cast<std::size_t>(s.population) : 4;
   const std::size_t most = static_cast<std::size_t>(budget.srl_adaptive) * lights / smallest;
-  if (s.adapt && !s.single_stage && most > kMaxIterations) {
+  if (s.adapt && !s.two_stage && most > kMaxIterations) {
     throw InputError("pmc_hi: a population of " + std::to_string(smallest) + " makes " +
                      std::to_string(most) + " iterations of " +
                      std::to_string(budget.srl_adaptive) + " adaptive rays per light, at most " +
@@ -177,7 +182,8 @@ void check_budget(const Settings& s, const Budget& budget, std::size_t lights) {
   // Every iteration has at least a population or all adaptive rays. The automatic population, twice
   // the components, holds n_min = 2 always and more for few lights only.
   const int population = s.population > 0 ? s.population : 2 * (components + (s.cone ? 1 : 0));
-  const bool in_populations = s.adapt && !s.single_stage && budget.srl_adaptive > 0;
+  const bool in_populations =
+      s.adapt && (!s.two_stage || s.base_iterations > 0) && budget.srl_adaptive > 0;
   if (in_populations && population < s.n_min * components) {
     throw InputError(where + "a population of at least " + std::to_string(s.n_min * components) +
                      " for " + std::to_string(components) + " components, found " +

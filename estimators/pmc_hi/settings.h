@@ -19,8 +19,9 @@ struct Settings {
   bool lights_as_one{false};
   bool adapt{true};
   bool cone{true};
-  bool single_stage{false};  ///< one adaptive iteration with all adaptive rays
-  int population{0};         ///< samples per adaptive iteration; 0: twice the number of components
+  bool two_stage{false};   ///< a few populations to adapt, then one iteration with the rest
+  int base_iterations{1};  ///< populations of the first stage, after the initial one
+  int population{0};       ///< samples per adaptive iteration; 0: twice the number of components
   Initial initial{Initial::Equal};
   Rounding rounding{Rounding::LargestRemainder};
   Denominator denominator{Denominator::Counts};

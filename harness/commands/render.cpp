@@ -5,6 +5,7 @@
 #include "harness/commands/commands.h"
 #include "harness/config_values.h"
 #include "harness/exr.h"
+#include "harness/map_strips.h"
 #include "harness/picture.h"
 #include "harness/plan.h"
 #include "harness/progress.h"
@@ -78,16 +79,6 @@ RenderSettings settings_of(const RenderOptions& options) {
   return settings;
 }
 
-void write_maps(const std::filesystem::path& file, const RenderResult& result,
-                const std::string& title) {
-  if (result.maps.empty()) throw InputError("--maps: this estimator has no maps");
-  std::vector<Panel> panels;
-  for (std::size_t m = 0; m < result.maps.size(); ++m) {
-    panels.push_back({result.map_names[m], result.maps[m]});
-  }
-  write_png_strip(file, panels, title, {});
-}
-
 }  // namespace
 
 std::filesystem::path scene_path(const std::string& scene) {
@@ -118,7 +109,7 @@ int render_command(const RenderOptions& options) {
   } else {
     std::vector<ExrLayer> layers = {{"", picture}, {"reflected", result.image()}};
     for (std::size_t m = 0; m < result.maps.size(); ++m) {
-      layers.push_back({result.map_names[m], result.maps[m]});
+      layers.push_back({result.map_infos[m].name, result.maps[m]});
     }
     write_exr(options.out, layers,
               {{"estimator", options.estimator},
@@ -127,8 +118,10 @@ int render_command(const RenderOptions& options) {
                {"seed", std::to_string(options.seed)},
                {"scene_hash", scene->content_hash()}});
   }
-  if (!options.maps.empty())
-    write_maps(options.maps, result, scene->name() + ", " + options.estimator);
+  if (!options.maps.empty()) {
+    if (result.maps.empty()) throw InputError("--maps: this estimator has no maps");
+    write_map_strips(options.maps, result, scene->name() + ", " + options.estimator);
+  }
   note(fmt::format("{}: {} x {}, {} estimates, {:.1f} rays per estimate, {:.2f} s ({:.2f} s CPU)",
                    options.out.string(), result.width, result.height, result.counters.estimates,
                    static_cast<double>(result.counters.rays) /

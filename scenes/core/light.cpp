@@ -63,8 +63,25 @@ bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec
     case LightType::Mesh:
       mode_ = Mode::Mesh;
       return highest_corner(light, from, normal) > 0.0f;
+    case LightType::Environment:
+      mode_ = Mode::Environment;
+      return !light.environment.black();
+    case LightType::Point:
+      break;  // no density: sample_delta
   }
   return false;
+}
+
+std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
+                                        const Vec3& normal) noexcept {
+  const Vec3 to_light = light.center - from;
+  const float distance2 = to_light.length2();
+  const float distance = std::sqrt(distance2);
+  // A distance of 0, or one whose square leaves the range of float, has no direction.
+  if (!(distance > 0.0f) || !std::isfinite(distance) || !(dot(to_light, normal) > 0.0f)) {
+    return std::nullopt;
+  }
+  return DeltaSample{to_light / distance, distance, light.intensity / distance2};
 }
 
 bool LightProposal::set_up_rectangle(LightSampling sampling) noexcept {
@@ -214,6 +231,10 @@ std::optional<LightSample> LightProposal::sample(const Variates& variates) const
                          pdf_constant_};
     case Mode::SphereInside:
       return LightSample{sample_uniform_sphere(u), pdf_constant_};
+    case Mode::Environment: {
+      const Environment::Sample s = light.environment.sample(u);
+      return LightSample{s.w, s.pdf_w};
+    }
     case Mode::Mesh:
       break;
   }
@@ -264,6 +285,8 @@ float LightProposal::pdf_w(const Vec3& wi) const noexcept {
     }
     case Mode::SphereInside:
       return pdf_constant_;
+    case Mode::Environment:
+      return light_->environment.pdf_w(wi);
     case Mode::Mesh:
       break;
   }

@@ -7,13 +7,20 @@
 
 #include "scenes/core/block.h"
 #include "scenes/core/distribution.h"
+#include "scenes/core/environment.h"
 #include "scenes/core/sampler.h"
 #include "scenes/core/vec.h"
 
-/// Area lights, and the densities over directions by which estimators sample them.
+/// Lights, and the densities over directions by which estimators sample them.
 namespace penumbra {
 
-enum class LightType : std::uint8_t { Rectangle, Sphere, Mesh };
+enum class LightType : std::uint8_t {
+  Rectangle,
+  Sphere,
+  Mesh,
+  Environment,  ///< light from infinitely far away, where a ray meets nothing
+  Point,        ///< a position: no direction sampling can find it
+};
 
 /// How a direction towards a light is drawn where there is a choice.
 enum class LightSampling : std::uint8_t {
@@ -24,22 +31,34 @@ enum class LightSampling : std::uint8_t {
 
 std::string_view to_string(LightSampling sampling);
 
-/// One emitting shape in scene space; immutable after loading. Emission is constant over the
-/// surface.
+/// One light in scene space; immutable after loading. Emission is constant over a shape's surface.
 struct Light {
   LightType type{LightType::Rectangle};
   bool two_sided{false};
   std::string name;
-  Rgb radiance{0.0f};  ///< [W/(m^2 sr)]
-  double area{0.0};    ///< in scene units squared
+  Rgb radiance{0.0f};   ///< of shapes [W/(m^2 sr)]
+  Rgb intensity{0.0f};  ///< of a point light, radiant intensity in scene units: irradiance x
+                        ///< distance^2
+  double area{0.0};     ///< of shapes, in scene units squared
 
   Vec3 origin{0.0f}, edge_u{0.0f}, edge_v{0.0f};  ///< rectangle: corner and perpendicular edges
   Vec3 normal{0.0f};                              ///< rectangle: unit, edge_u x edge_v
-  Vec3 center{0.0f};                              ///< sphere
+  Vec3 center{0.0f};                              ///< sphere, point
   float radius{0.0f};                             ///< sphere
   std::vector<Vec3> vertices;                     ///< mesh: three per triangle
   DiscreteDistribution triangle_areas;            ///< mesh
+  Environment environment;                        ///< environment
   Vec3 bounds_min{0.0f}, bounds_max{0.0f};        ///< box around the shape
+
+  /// Whether the light has no density over directions. Estimators then add its radiance apart from
+  /// everything they sample (`sample_delta`), with one ray.
+  bool is_delta() const noexcept { return type == LightType::Point; }
+
+  /// Radiance that arrives along a ray of unit direction `wi` that ends at this light's emitting
+  /// side [W/(m^2 sr)].
+  Rgb radiance_along(const Vec3& wi) const noexcept {
+    return type == LightType::Environment ? environment.radiance(wi) : radiance;
+  }
 
   /// Whether the side that faces against direction `w` emits.
   /// @param geometric_normal  of the point hit, any length
@@ -47,6 +66,18 @@ struct Light {
     return two_sided || dot(w, geometric_normal) < 0.0f;
   }
 };
+
+/// The one direction towards a light without extent.
+struct DeltaSample {
+  Vec3 wi{0.0f};         ///< unit
+  float distance{0.0f};  ///< a ray that meets nothing nearer sees the light
+  Rgb irradiance{0.0f};  ///< on a surface that faces wi, without occlusion [W/m^2]
+};
+
+/// @param normal  geometric normal on the side of the viewer
+/// @return nullopt where the light is not above the horizon
+std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
+                                        const Vec3& normal) noexcept;
 
 struct LightSample {
   Vec3 wi{0.0f};      ///< unit, towards the light
@@ -59,6 +90,7 @@ class LightProposal {
  public:
   LightProposal() = default;
 
+  /// @param light     not a delta light
   /// @param from      origin of the rays, scene space
   /// @param normal    geometric normal on the side of the viewer
   /// @return false where the light can not contribute: wholly below the horizon, seen edge-on or
@@ -89,7 +121,14 @@ class LightProposal {
  private:
   struct Rectangle;
   Rectangle rectangle() const noexcept;
-  enum class Mode : std::uint8_t { RectangleArea, RectangleAngle, SphereCone, SphereInside, Mesh };
+  enum class Mode : std::uint8_t {
+    RectangleArea,
+    RectangleAngle,
+    SphereCone,
+    SphereInside,
+    Mesh,
+    Environment,
+  };
 
   bool set_up_rectangle(LightSampling sampling) noexcept;
   bool set_up_sphere() noexcept;

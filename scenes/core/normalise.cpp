@@ -127,6 +127,11 @@ Normalisation normalise(SceneDescription& scene) {
   for (ShapeDescription& shape : scene.shapes) {
     for_each_coordinate(shape.shape, point, edge, radius);
   }
+  for (PointLightDescription& light : scene.point_lights) {
+    point(light.position);
+    // Irradiance is intensity / distance^2 in any unit.
+    light.intensity *= static_cast<float>(result.scale * result.scale);
+  }
   point(scene.camera.position);
   point(scene.camera.look_at);
   return result;
@@ -152,6 +157,15 @@ std::string content_hash(const SceneDescription& scene) {
       hasher.add(shape.emission->radiance);
       hasher.add(shape.emission->two_sided);
     }
+  }
+  for (const PointLightDescription& light : scene.point_lights) {
+    hasher.add(light.position);
+    hasher.add(light.intensity);
+  }
+  if (scene.environment) {
+    hasher.add(scene.environment->columns);
+    hasher.add(scene.environment->rows);
+    hasher.add(scene.environment->texels);
   }
   return hasher.digest();
 }

@@ -26,16 +26,21 @@ Scene::Scene(const SceneDescription& description)
     : name_(description.name), content_hash_(penumbra::content_hash(description)) {
   const SceneDescription scene = normalised(description, traits_);
   camera_ = Camera(scene.camera);
-  bsdfs_.reserve(scene.materials.size());
+  bsdfs_.reserve(scene.materials.size() + 1);
   for (const MaterialDescription& material : scene.materials) bsdfs_.emplace_back(material);
+  // Last, the material of irradiance: reflectance/pi = 1.
+  bsdfs_.emplace_back(
+      MaterialDescription{"irradiance", LambertMaterial{Rgb(static_cast<float>(M_PI))}});
   geometries_.reserve(scene.shapes.size());
   for (const ShapeDescription& shape : scene.shapes) add_shape(shape);
+  for (const PointLightDescription& light : scene.point_lights) add_point_light(light);
+  if (scene.environment) add_environment(*scene.environment);
   rays_.commit();
   work_out_traits(scene);
 }
 
 void Scene::add_shape(const ShapeDescription& shape) {
-  PN_CHECK(shape.material < bsdfs_.size(), "a shape's material exists");
+  PN_CHECK(shape.material < irradiance_material(), "a shape's material exists");
   Geometry geometry;
   geometry.material = shape.material;
   if (const auto* rectangle = std::get_if<RectangleShape>(&shape.shape)) {
@@ -123,6 +128,25 @@ void Scene::add_light(const ShapeDescription& shape, Geometry& geometry) {
   lights_.push_back(std::move(light));
 }
 
+void Scene::add_point_light(const PointLightDescription& description) {
+  Light light;
+  light.type = LightType::Point;
+  light.name = description.name;
+  light.center = Vec3(description.position);
+  light.intensity = description.intensity;
+  light.bounds_min = light.bounds_max = light.center;
+  lights_.push_back(std::move(light));
+}
+
+void Scene::add_environment(const EnvironmentDescription& description) {
+  Light light;
+  light.type = LightType::Environment;
+  light.name = description.name;
+  light.environment = Environment(description.texels, description.columns, description.rows);
+  environment_light_ = static_cast<std::int32_t>(lights_.size());
+  lights_.push_back(std::move(light));
+}
+
 void Scene::work_out_traits(const SceneDescription& scene) {
   for (const Geometry& geometry : geometries_) {
     if (geometry.corners == 0) {
@@ -135,9 +159,11 @@ void Scene::work_out_traits(const SceneDescription& scene) {
     if (light.type == LightType::Rectangle) ++traits_.rectangle_lights;
     if (light.type == LightType::Sphere) ++traits_.sphere_lights;
     if (light.type == LightType::Mesh) ++traits_.mesh_lights;
+    if (light.type == LightType::Point) ++traits_.point_lights;
   }
+  traits_.has_environment = environment_light_ != kNoLight;
   traits_.materials = scene.materials.size();
-  for (const Bsdf& bsdf : bsdfs_) {
+  for (const Bsdf& bsdf : std::span(bsdfs_).first(scene.materials.size())) {
     traits_.all_diffuse = traits_.all_diffuse && bsdf.type() == BsdfType::Lambert;
     traits_.min_alpha = std::min(traits_.min_alpha, bsdf.min_alpha());
   }

@@ -20,7 +20,8 @@ struct SceneTraits {
   std::size_t triangles{0};  ///< quads count as two
   std::size_t spheres{0};
   std::size_t materials{0};
-  std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0};
+  std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0}, point_lights{0};
+  bool has_environment{false};
   bool all_diffuse{true};  ///< no glossy or Phong lobe anywhere
   float min_alpha{1.0f};   ///< sharpest GGX lobe
   double scale{1.0};       ///< scene units per world unit, a power of two
@@ -42,6 +43,13 @@ class Scene {
   const Camera& camera() const noexcept { return camera_; }
   std::span<const Light> lights() const noexcept { return lights_; }
   const Bsdf& bsdf(std::uint32_t material) const noexcept { return bsdfs_[material]; }
+  /// Index of the material that turns radiance into irradiance: f = 1, so that the reflected
+  /// "radiance" is the integral of arriving radiance x cosine [W/m^2].
+  std::uint32_t irradiance_material() const noexcept {
+    return static_cast<std::uint32_t>(bsdfs_.size() - 1);
+  }
+  /// The environment's index among the lights, or kNoLight.
+  std::int32_t environment_light() const noexcept { return environment_light_; }
   const SceneTraits& traits() const noexcept { return traits_; }
 
   /// Hash of everything that decides the truth: geometry, materials, emission, camera; hexadecimal,
@@ -57,9 +65,10 @@ class Scene {
   /// inspect`.
   void set_recorder(RayRecorder* recorder) noexcept { recorder_ = recorder; }
 
-  /// Light whose emitting side a ray along `direction` met, or kNoLight.
+  /// Light whose emitting side a ray along `direction` met, or kNoLight. A ray that met nothing
+  /// sees the environment where there is one.
   std::int32_t emitter(const RayHit& hit, const Vec3& direction) const noexcept {
-    if (!hit.hit()) return kNoLight;
+    if (!hit.hit()) return environment_light_;
     const std::int32_t light = geometries_[hit.geometry].light;
     if (light == kNoLight) return kNoLight;
     return lights_[static_cast<std::size_t>(light)].emits_against(direction, hit.normal) ? light
@@ -84,6 +93,8 @@ class Scene {
 
   void add_shape(const ShapeDescription& shape);
   void add_light(const ShapeDescription& shape, Geometry& geometry);
+  void add_point_light(const PointLightDescription& description);
+  void add_environment(const EnvironmentDescription& description);
   void work_out_traits(const SceneDescription& normalised);
 
   std::string name_;
@@ -94,6 +105,7 @@ class Scene {
   RayScene rays_;
   SceneTraits traits_;
   std::string content_hash_;
+  std::int32_t environment_light_{kNoLight};
   RayRecorder* recorder_{nullptr};
 };
 

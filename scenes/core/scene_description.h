@@ -86,6 +86,21 @@ struct ShapeDescription {
   std::optional<EmissionDescription> emission;
 };
 
+/// Radiance from infinitely far away on a latitude-longitude grid (environment.h); one texel: the
+/// same from everywhere.
+struct EnvironmentDescription {
+  std::string name{"environment"};  ///< unique among lights
+  std::uint32_t columns{1}, rows{1};
+  std::vector<Rgb> texels;  ///< row-major [W/(m^2 sr)], each channel finite and >= 0
+};
+
+/// A light without extent.
+struct PointLightDescription {
+  std::string name;  ///< unique among shapes and lights
+  Vec3d position{0.0};
+  Rgb intensity{1.0f};  ///< [W/sr], each channel finite and >= 0
+};
+
 struct CameraDescription {
   Vec3d position{0, 0, 0};
   Vec3d look_at{0, 0, -1};
@@ -100,6 +115,8 @@ struct SceneDescription {
   CameraDescription camera;
   std::vector<MaterialDescription> materials;
   std::vector<ShapeDescription> shapes;
+  std::vector<PointLightDescription> point_lights;
+  std::optional<EnvironmentDescription> environment;
   std::vector<std::string> warnings;  ///< e.g. degenerate triangles that were left out
 };
 

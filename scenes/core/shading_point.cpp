@@ -11,9 +11,16 @@
 namespace penumbra {
 namespace {
 
+// The same place as a probe of irradiance.
+void look_along_normal(const Scene& scene, ShadingPoint& point) {
+  point.wo = point.shading_normal;
+  point.material = scene.irradiance_material();
+  point.light = kNoLight;
+}
+
 // Primary hits of one tile. Directions that meet nothing leave invalid points.
 std::size_t shade_tile(const Scene& scene, const TileRect& tile, int camera_samples,
-                       std::uint64_t seed, RayBatch& batch, ShadingPoint* out) {
+                       std::uint64_t seed, Quantity quantity, RayBatch& batch, ShadingPoint* out) {
   const Camera& camera = scene.camera();
   const auto count = static_cast<std::uint32_t>(camera_samples);
   batch.clear();
@@ -36,7 +43,11 @@ std::size_t shade_tile(const Scene& scene, const TileRect& tile, int camera_samp
   for (std::size_t i = 0; i < batch.size(); ++i) {
     out[i] = ShadingPoint{};
     out[i].wo = -batch.direction(i);
-    if (batch.hits[i].hit()) out[i] = scene.shading_point(batch.hits[i], batch.direction(i));
+    out[i].light = scene.emitter(batch.hits[i], batch.direction(i));
+    if (batch.hits[i].hit()) {
+      out[i] = scene.shading_point(batch.hits[i], batch.direction(i));
+      if (quantity == Quantity::Irradiance) look_along_normal(scene, out[i]);
+    }
     valid += out[i].valid() ? 1u : 0u;
   }
   return valid;
@@ -48,12 +59,17 @@ std::size_t area(const TileRect& tile) {
 
 }  // namespace
 
+std::string_view to_string(Quantity quantity) {
+  return quantity == Quantity::Radiance ? "radiance" : "irradiance";
+}
+
 ShadingPoints make_shading_points(const Scene& scene, int camera_samples, std::uint64_t seed,
-                                  int tile_side) {
+                                  int tile_side, Quantity quantity) {
   ShadingPoints result;
   result.width = scene.camera().width();
   result.height = scene.camera().height();
   result.camera_samples = camera_samples;
+  result.quantity = quantity;
   const auto samples = static_cast<std::size_t>(camera_samples);
   std::size_t total = 0;
   for (int y = 0; y < result.height; y += tile_side) {
@@ -65,15 +81,16 @@ ShadingPoints make_shading_points(const Scene& scene, int camera_samples, std::u
   }
   result.points.resize(total);
   std::atomic<std::size_t> valid{0};
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, result.tiles.size()), [&](const auto& range) {
-        RayBatch batch(static_cast<std::size_t>(tile_side) * static_cast<std::size_t>(tile_side) *
-                       samples);
-        for (std::size_t i = range.begin(); i != range.end(); ++i) {
-          const TileRect& tile = result.tiles[i];
-          valid += shade_tile(scene, tile, camera_samples, seed, batch, &result.points[tile.first]);
-        }
-      });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result.tiles.size()),
+                    [&](const auto& range) {
+                      RayBatch batch(static_cast<std::size_t>(tile_side) *
+                                     static_cast<std::size_t>(tile_side) * samples);
+                      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                        const TileRect& tile = result.tiles[i];
+                        valid += shade_tile(scene, tile, camera_samples, seed, quantity, batch,
+                                            &result.points[tile.first]);
+                      }
+                    });
   result.valid_count = valid;
   return result;
 }

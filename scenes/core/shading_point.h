@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "scenes/core/vec.h"
@@ -23,10 +24,20 @@ struct ShadingPoint {
   Vec3 shading_normal{0.0f};    ///< unit, in the same hemisphere
   Vec3 wo{0.0f};                ///< unit, towards the viewer
   std::uint32_t material{kInvalid};
-  std::int32_t light{kNoLight};  ///< light whose emitting side is seen here, or kNoLight
+  std::int32_t light{kNoLight};  ///< light whose emitting side is seen here (the environment's,
+                                 ///< where nothing was met), or kNoLight
   /// False where the camera ray met nothing or a black surface: no light can be reflected.
   bool valid() const noexcept { return material != kInvalid; }
 };
+
+/// What is estimated at the points of an image.
+enum class Quantity : std::uint8_t {
+  Radiance,    ///< reflected towards the viewer by direct light [W/(m^2 sr)]
+  Irradiance,  ///< of the surface on the viewer's side, whatever its material [W/m^2]: what an
+               ///< irradiance cache stores
+};
+
+std::string_view to_string(Quantity quantity);
 
 /// A rectangle of pixels whose shading points lie together.
 struct TileRect {
@@ -39,8 +50,9 @@ struct TileRect {
 /// The shading points of an image, tile after tile: primary hits, made once per scene and never
 /// timed.
 struct ShadingPoints {
-  int width{0}, height{0};           ///< of the image [pixels]
-  int camera_samples{1};             ///< points per pixel
+  int width{0}, height{0};  ///< of the image [pixels]
+  int camera_samples{1};    ///< points per pixel
+  Quantity quantity{Quantity::Radiance};
   std::vector<TileRect> tiles;       ///< row-major
   std::vector<ShadingPoint> points;  ///< [tile][pixel, row-major in the tile][camera sample]
   std::size_t valid_count{0};
@@ -55,9 +67,10 @@ struct ShadingPoints {
 /// Traces the primary rays. Camera samples are jittered over a stratified grid of each pixel (one
 /// sample: the pixel's centre) and keyed by `seed`, so every estimator, block and reference sees
 /// the same points and the antialiasing of edges is not mistaken for an error of the estimators.
-/// The points do not depend on the tile's side, only their order.
+/// The points do not depend on the tile's side, only their order. Points of irradiance look along
+/// the normal at a surface of f = 1, so every estimator of radiance estimates irradiance there.
 /// @param tile_side  [pixels], > 0
 ShadingPoints make_shading_points(const Scene& scene, int camera_samples, std::uint64_t seed,
-                                  int tile_side);
+                                  int tile_side, Quantity quantity = Quantity::Radiance);
 
 }  // namespace penumbra

@@ -141,7 +141,8 @@ std::vector<Variant> unbiased_variants() {
       {"last", {{"combine", Text("last")}}},
       {"adaptive_only", {{"combine", Text("adaptive_only")}}},
       {"all_as_one", {{"light_mode", Text("all_as_one")}}},
-      {"single", {{"schedule", Text("single")}}},
+      {"two_stage", {{"schedule", Text("two_stage")}}},
+      {"two_stage_at_once", {{"schedule", Text("two_stage")}, {"base_iterations", Integer{0}}}},
       {"no_cone", {{"cone", false}}},
       {"population_3", {{"population", Integer{3}}}},  // as many samples as components
       {"population_8", {{"population", Integer{8}}}},

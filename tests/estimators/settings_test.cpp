@@ -28,7 +28,10 @@ TEST(CheckBudget, RefusesMoreDefensiveSamplesThanAnAutomaticPopulationHolds) {
   EXPECT_EQ(refusal(three, budget, 2),
             "pmc_hi: n_min = 3 needs a population of at least 9 for 3 components, found 8");
   EXPECT_EQ(refusal({{"n_min", std::int64_t{3}}, {"population", std::int64_t{9}}}, budget, 2), "");
-  EXPECT_EQ(refusal({{"n_min", std::int64_t{3}}, {"schedule", std::string("single")}}, budget, 2),
+  EXPECT_EQ(refusal({{"n_min", std::int64_t{3}},
+                     {"schedule", std::string("two_stage")},
+                     {"base_iterations", std::int64_t{0}}},
+                    budget, 2),
             "");
   EXPECT_EQ(refusal({{"n_min", std::int64_t{2}}}, budget, 100), "");
 }

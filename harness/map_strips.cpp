@@ -1,0 +1,44 @@
+#include "harness/map_strips.h"
+
+#include <fmt/format.h>
+
+#include "harness/picture.h"
+
+namespace penumbra {
+namespace {
+
+// "alpha_left" as "α_{left}", the way the paper writes it.
+std::string caption_of(const std::string& map_name) {
+  const std::string prefix = "alpha_";
+  if (map_name.rfind(prefix, 0) != 0) return map_name;
+  const std::string component = map_name.substr(prefix.size());
+  return "α_{" + (component == "bsdf" ? "BRDF" : component) + "}";
+}
+
+}  // namespace
+
+void write_map_strips(const std::filesystem::path& file, const RenderResult& result,
+                      const std::string& title) {
+  int strips = 0;
+  for (std::size_t first = 0; first < result.maps.size();) {
+    const MapInfo& info = result.map_infos[first];
+    std::vector<Panel> panels;
+    std::size_t m = first;
+    for (; m < result.maps.size() && result.map_infos[m].group == info.group; ++m) {
+      panels.push_back({caption_of(result.map_infos[m].name), result.maps[m]});
+    }
+    StripStyle style;
+    style.scale.min = 0.0f;
+    style.scale.max = info.max;
+    style.scale.label = info.group;
+    std::filesystem::path path = file;
+    if (++strips > 1) {
+      path.replace_filename(
+          fmt::format("{}-{}{}", file.stem().string(), strips, file.extension().string()));
+    }
+    write_png_strip(path, panels, title, style);
+    first = m;
+  }
+}
+
+}  // namespace penumbra

@@ -1,0 +1,90 @@
+#include "scenes/core/environment.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scenes/core/error.h"
+
+namespace penumbra {
+namespace {
+
+constexpr double kTwoPi = 2.0 * M_PI;
+
+// Cosine of the polar angle at a row's upper edge, minus that at its lower edge, as a product: no
+// digits cancel near the poles.
+double cosine_step(std::uint32_t row, std::uint32_t rows) {
+  const double step = M_PI / static_cast<double>(rows);
+  return 2.0 * std::sin((static_cast<double>(row) + 0.5) * step) * std::sin(0.5 * step);
+}
+
+}  // namespace
+
+Environment::Environment(std::span<const Rgb> texels, std::uint32_t columns, std::uint32_t rows)
+    : columns_(columns), rows_(rows), texels_(texels.begin(), texels.end()), pdfs_(texels.size()) {
+  PN_CHECK(columns > 0 && rows > 0 && texels.size() == std::size_t{columns} * rows,
+           "an environment has rows x columns texels");
+  std::vector<double> weights(texels.size());
+  double total = 0.0;
+  for (std::size_t i = 0; i < texels.size(); ++i) {
+    const double solid_angle = texel_solid_angle(static_cast<std::uint32_t>(i / columns));
+    weights[i] = static_cast<double>(luminance(texels[i])) * solid_angle;
+    total += weights[i];
+    power_ += Vec3d(texels[i]) * solid_angle;
+  }
+  black_ = !(total > 0.0);
+  if (black_) return;
+  distribution_ = PiecewiseConstant2D(weights, columns, rows);
+  for (std::size_t i = 0; i < texels.size(); ++i) {
+    pdfs_[i] = static_cast<float>(weights[i] / total /
+                                  texel_solid_angle(static_cast<std::uint32_t>(i / columns)));
+  }
+}
+
+double Environment::texel_solid_angle(std::uint32_t row) const noexcept {
+  return kTwoPi / static_cast<double>(columns_) * cosine_step(row, rows_);
+}
+
+std::size_t Environment::texel(const Vec3& w) const noexcept {
+  // The polar angle by atan2: acos has no digits left near the poles.
+  const float theta = std::atan2(std::sqrt(w.x * w.x + w.z * w.z), w.y);
+  float phi = std::atan2(w.z, w.x);
+  if (phi < 0.0f) phi += static_cast<float>(kTwoPi);
+  const auto row =
+      static_cast<std::uint32_t>(theta * (static_cast<float>(rows_) / static_cast<float>(M_PI)));
+  const auto column =
+      static_cast<std::uint32_t>(phi * (static_cast<float>(columns_) / static_cast<float>(kTwoPi)));
+  return std::size_t{std::min(row, rows_ - 1)} * columns_ + std::min(column, columns_ - 1);
+}
+
+Rgb Environment::radiance(const Vec3& w) const noexcept { return texels_[texel(w)]; }
+
+float Environment::pdf_w(const Vec3& w) const noexcept { return pdfs_[texel(w)]; }
+
+Environment::Sample Environment::sample(const Vec2& u) const noexcept {
+  const PiecewiseConstant2D::Sample s = distribution_.sample(u);
+  const double row_coordinate = static_cast<double>(s.uv.y) * rows_;
+  const std::uint32_t row = std::min(static_cast<std::uint32_t>(row_coordinate), rows_ - 1);
+  const std::uint32_t column =
+      std::min(static_cast<std::uint32_t>(static_cast<double>(s.uv.x) * columns_), columns_ - 1);
+  const double within = row_coordinate - row;
+  // Uniform in the cosine within the row, from the nearer pole, where 1 - cos keeps its digits.
+  const bool upper = 2 * row < rows_;
+  const std::uint32_t from_pole = upper ? row : rows_ - 1 - row;
+  const double half = 0.5 * static_cast<double>(from_pole) * M_PI / static_cast<double>(rows_);
+  const double edge = 2.0 * std::sin(half) * std::sin(half);
+  const double depth = edge + cosine_step(row, rows_) * (upper ? within : 1.0 - within);
+  const double sine = std::sqrt(std::max(0.0, depth * (2.0 - depth)));
+  const double phi = kTwoPi * static_cast<double>(s.uv.x);
+  const Vec3 w(static_cast<float>(sine * std::cos(phi)),
+               static_cast<float>(upper ? 1.0 - depth : depth - 1.0),
+               static_cast<float>(sine * std::sin(phi)));
+  return {w, pdfs_[std::size_t{row} * columns_ + column]};
+}
+
+std::size_t Environment::memory_bytes() const noexcept {
+  // Texel, density, cumulative weights of the rows and of the marginal.
+  return texels_.size() * (sizeof(Rgb) + sizeof(float) + sizeof(double)) +
+         std::size_t{rows_} * 2 * sizeof(double);
+}
+
+}  // namespace penumbra

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "scenes/core/distribution.h"
+#include "scenes/core/vec.h"
+
+/// Light from infinitely far away, tabulated over the sphere of directions.
+namespace penumbra {
+
+/// Piecewise-constant radiance on a latitude-longitude grid. Row 0 holds the pole +y, columns go
+/// around it from +x over +z. Texels are drawn in proportion to their power (luminance x solid
+/// angle) and directions uniformly within a texel's solid angle: the density is constant per texel,
+/// matches the lookup exactly and has no singularity at the poles.
+class Environment {
+ public:
+  Environment() = default;
+  /// @param texels  row-major, rows x columns, finite, >= 0; may be all black
+  Environment(std::span<const Rgb> texels, std::uint32_t columns, std::uint32_t rows);
+
+  bool empty() const noexcept { return texels_.empty(); }
+  bool black() const noexcept { return black_; }
+  std::uint32_t columns() const noexcept { return columns_; }
+  std::uint32_t rows() const noexcept { return rows_; }
+
+  /// @param w  unit, world orientation
+  Rgb radiance(const Vec3& w) const noexcept;
+
+  struct Sample {
+    Vec3 w{0.0f};       ///< unit
+    float pdf_w{0.0f};  ///< [1/sr]
+  };
+
+  /// Not to be called where everything is black.
+  Sample sample(const Vec2& u) const noexcept;
+  /// Density of `sample` [1/sr]; 0 in black texels.
+  float pdf_w(const Vec3& w) const noexcept;
+
+  /// Solid angle of a texel of a row [sr].
+  double texel_solid_angle(std::uint32_t row) const noexcept;
+  /// Integral of the radiance over the sphere [W/m^2].
+  const Vec3d& power() const noexcept { return power_; }
+  std::size_t memory_bytes() const noexcept;
+
+ private:
+  std::size_t texel(const Vec3& w) const noexcept;
+
+  std::uint32_t columns_{0}, rows_{0};
+  std::vector<Rgb> texels_;
+  std::vector<float> pdfs_;           // [texel], per steradian
+  PiecewiseConstant2D distribution_;  // over (column, row) coordinates in [0, 1)^2
+  Vec3d power_{0.0};
+  bool black_{true};
+};
+
+}  // namespace penumbra
