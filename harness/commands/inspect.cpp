@@ -63,6 +63,48 @@ TimeSplit time_split(Scene& scene, const ShadingPoints& points, SamplerKind samp
   return split;
 }
 
+// World units of a point light, from those of the scene.
+Vec3d world_position(const Light& light, const SceneTraits& t) {
+  return Vec3d(light.center) / t.scale + t.center;
+}
+
+Vec3d world_intensity(const Light& light, const SceneTraits& t) {
+  return light.intensity / (t.scale * t.scale);
+}
+
+std::string_view type_name(LightType type) {
+  switch (type) {
+    case LightType::Rectangle:
+      return "rectangle";
+    case LightType::Sphere:
+      return "sphere";
+    case LightType::Mesh:
+      return "mesh";
+    case LightType::Environment:
+      return "environment";
+    case LightType::Point:
+      break;
+  }
+  return "point";
+}
+
+std::string triple(const Vec3d& v) { return fmt::format("({:g}, {:g}, {:g})", v.x, v.y, v.z); }
+
+void print_light(const Light& light, const SceneTraits& t) {
+  fmt::print("    {:<12} {:<11} ", light.name, type_name(light.type));
+  if (light.type == LightType::Point) {
+    fmt::print("intensity {} W/sr at {}\n", triple(world_intensity(light, t)),
+               triple(world_position(light, t)));
+  } else if (light.type == LightType::Environment) {
+    const Environment& e = light.environment;
+    fmt::print("{} x {} texels, {} W/m^2 over all directions, {:.1f} kB\n", e.columns(), e.rows(),
+               triple(e.power()), static_cast<double>(e.memory_bytes()) / 1024.0);
+  } else {
+    fmt::print("radiance {} W/(m^2 sr), area {:.4g}, {}\n", triple(Vec3d(light.radiance)),
+               light.area / (t.scale * t.scale), light.two_sided ? "two-sided" : "one-sided");
+  }
+}
+
 void print_text(const Scene& scene, double load_s, const ShadingPoints& points,
                 const std::vector<TimeSplit>& splits) {
   const SceneTraits& t = scene.traits();
@@ -74,14 +116,10 @@ void print_text(const Scene& scene, double load_s, const ShadingPoints& points,
              t.scale, t.center.x, t.center.y, t.center.z, t.diagonal);
   fmt::print("  materials    {}{}, sharpest glossy lobe alpha {:g}\n", t.materials,
              t.all_diffuse ? ", all diffuse" : "", static_cast<double>(t.min_alpha));
-  fmt::print("  lights       {}: {} rectangles, {} spheres, {} meshes\n", scene.lights().size(),
-             t.rectangle_lights, t.sphere_lights, t.mesh_lights);
-  for (const Light& light : scene.lights()) {
-    fmt::print("    {:<12} radiance ({:g}, {:g}, {:g}), area {:.4g}, {}\n", light.name,
-               static_cast<double>(light.radiance.x), static_cast<double>(light.radiance.y),
-               static_cast<double>(light.radiance.z), light.area / (t.scale * t.scale),
-               light.two_sided ? "two-sided" : "one-sided");
-  }
+  fmt::print("  lights       {}: {} rectangles, {} spheres, {} meshes, {} points, {} environment\n",
+             scene.lights().size(), t.rectangle_lights, t.sphere_lights, t.mesh_lights,
+             t.point_lights, t.has_environment ? "an" : "no");
+  for (const Light& light : scene.lights()) print_light(light, t);
   fmt::print(
       "  camera       {} x {}, {:.1f} % of the pixel centres can reflect light\n", points.width,
       points.height,
@@ -91,6 +129,26 @@ void print_text(const Scene& scene, double load_s, const ShadingPoints& points,
     fmt::print("  {:<12} {:6.0f} ns = {:.0f} ns in ray queries ({:.1f} rays) + {:.0f} ns outside\n",
                s.sampler, s.total_ns, s.queries_ns, s.rays_per_estimate, s.total_ns - s.queries_ns);
   }
+}
+
+nlohmann::ordered_json rgb_json(const Vec3d& v) { return {v.x, v.y, v.z}; }
+
+nlohmann::ordered_json light_json(const Light& light, const SceneTraits& t) {
+  nlohmann::ordered_json json = {{"name", light.name}, {"type", type_name(light.type)}};
+  if (light.type == LightType::Point) {
+    json["position"] = rgb_json(world_position(light, t));
+    json["intensity"] = rgb_json(world_intensity(light, t));
+  } else if (light.type == LightType::Environment) {
+    const Environment& e = light.environment;
+    json["grid"] = {e.columns(), e.rows()};
+    json["power"] = rgb_json(e.power());
+    json["memory_bytes"] = e.memory_bytes();
+  } else {
+    json["radiance"] = rgb_json(Vec3d(light.radiance));
+    json["area"] = light.area / (t.scale * t.scale);
+    json["two_sided"] = light.two_sided;
+  }
+  return json;
 }
 
 void print_json(const Scene& scene, double load_s, const ShadingPoints& points,
@@ -108,12 +166,10 @@ void print_json(const Scene& scene, double load_s, const ShadingPoints& points,
   json["materials"] = t.materials;
   json["all_diffuse"] = t.all_diffuse;
   json["min_alpha"] = t.min_alpha;
-  for (const Light& light : scene.lights()) {
-    json["lights"].push_back({{"name", light.name},
-                              {"radiance", {light.radiance.x, light.radiance.y, light.radiance.z}},
-                              {"area", light.area / (t.scale * t.scale)},
-                              {"two_sided", light.two_sided}});
-  }
+  json["lights"] = nlohmann::ordered_json::array();
+  for (const Light& light : scene.lights()) json["lights"].push_back(light_json(light, t));
+  json["point_lights"] = t.point_lights;
+  json["environment"] = t.has_environment;
   json["resolution"] = {points.width, points.height};
   json["valid_points"] = points.valid_count;
   for (const TimeSplit& s : splits) {

@@ -64,8 +64,6 @@ Environment::Sample Environment::sample(const Vec2& u) const noexcept {
   const PiecewiseConstant2D::Sample s = distribution_.sample(u);
   const double row_coordinate = static_cast<double>(s.uv.y) * rows_;
   const std::uint32_t row = std::min(static_cast<std::uint32_t>(row_coordinate), rows_ - 1);
-  const std::uint32_t column =
-      std::min(static_cast<std::uint32_t>(static_cast<double>(s.uv.x) * columns_), columns_ - 1);
   const double within = row_coordinate - row;
   // Uniform in the cosine within the row, from the nearer pole, where 1 - cos keeps its digits.
   const bool upper = 2 * row < rows_;
@@ -78,7 +76,9 @@ Environment::Sample Environment::sample(const Vec2& u) const noexcept {
   const Vec3 w(static_cast<float>(sine * std::cos(phi)),
                static_cast<float>(upper ? 1.0 - depth : depth - 1.0),
                static_cast<float>(sine * std::sin(phi)));
-  return {w, pdfs_[std::size_t{row} * columns_ + column]};
+  // Looked up like the radiance, not taken from the texel drawn: at the border of a dim texel to a
+  // bright one their quotient would be a firefly.
+  return {w, pdf_w(w)};
 }
 
 std::size_t Environment::memory_bytes() const noexcept {

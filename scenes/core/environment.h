@@ -20,20 +20,25 @@ class Environment {
   /// @param texels  row-major, rows x columns, finite, >= 0; may be all black
   Environment(std::span<const Rgb> texels, std::uint32_t columns, std::uint32_t rows);
 
+  /// Whether there is no grid at all.
   bool empty() const noexcept { return texels_.empty(); }
+  /// Whether no texel emits.
   bool black() const noexcept { return black_; }
   std::uint32_t columns() const noexcept { return columns_; }
   std::uint32_t rows() const noexcept { return rows_; }
 
+  /// Radiance that arrives from direction w [W/(m^2 sr)].
   /// @param w  unit, world orientation
   Rgb radiance(const Vec3& w) const noexcept;
 
+  /// A direction and its density.
   struct Sample {
     Vec3 w{0.0f};       ///< unit
-    float pdf_w{0.0f};  ///< [1/sr]
+    float pdf_w{0.0f};  ///< of w as `pdf_w` gives it [1/sr]; 0 where rounding moved w over a border
+                        ///< into a black texel
   };
 
-  /// Not to be called where everything is black.
+  /// Direction for a point u of the unit square. Not to be called where everything is black.
   Sample sample(const Vec2& u) const noexcept;
   /// Density of `sample` [1/sr]; 0 in black texels.
   float pdf_w(const Vec3& w) const noexcept;
@@ -42,6 +47,7 @@ class Environment {
   double texel_solid_angle(std::uint32_t row) const noexcept;
   /// Integral of the radiance over the sphere [W/m^2].
   const Vec3d& power() const noexcept { return power_; }
+  /// Of texels, densities and cumulative weights.
   std::size_t memory_bytes() const noexcept;
 
  private:

@@ -74,14 +74,13 @@ bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec
 
 std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
                                         const Vec3& normal) noexcept {
-  const Vec3 to_light = light.center - from;
-  const float distance2 = to_light.length2();
-  const float distance = std::sqrt(distance2);
-  // A distance of 0, or one whose square leaves the range of float, has no direction.
-  if (!(distance > 0.0f) || !std::isfinite(distance) || !(dot(to_light, normal) > 0.0f)) {
-    return std::nullopt;
-  }
-  return DeltaSample{to_light / distance, distance, light.intensity / distance2};
+  // In double, whose range holds the square of every length in float.
+  const Vec3d to_light = Vec3d(light.center) - Vec3d(from);
+  if (!(to_light.dot(Vec3d(normal)) > 0.0)) return std::nullopt;
+  const double distance2 = to_light.dot(to_light);
+  const double distance = std::sqrt(distance2);
+  return DeltaSample{Vec3(to_light / distance), static_cast<float>(distance),
+                     Rgb(Vec3(light.intensity / distance2))};
 }
 
 bool LightProposal::set_up_rectangle(LightSampling sampling) noexcept {
@@ -233,6 +232,7 @@ std::optional<LightSample> LightProposal::sample(const Variates& variates) const
       return LightSample{sample_uniform_sphere(u), pdf_constant_};
     case Mode::Environment: {
       const Environment::Sample s = light.environment.sample(u);
+      if (!(s.pdf_w > 0.0f)) return std::nullopt;
       return LightSample{s.w, s.pdf_w};
     }
     case Mode::Mesh:

@@ -36,10 +36,10 @@ struct Light {
   LightType type{LightType::Rectangle};
   bool two_sided{false};
   std::string name;
-  Rgb radiance{0.0f};   ///< of shapes [W/(m^2 sr)]
-  Rgb intensity{0.0f};  ///< of a point light, radiant intensity in scene units: irradiance x
-                        ///< distance^2
-  double area{0.0};     ///< of shapes, in scene units squared
+  Rgb radiance{0.0f};    ///< of shapes [W/(m^2 sr)]
+  Vec3d intensity{0.0};  ///< of a point light, RGB: irradiance x distance^2 in scene units; double,
+                         ///< because the square of a scale can leave the range of float
+  double area{0.0};      ///< of shapes, in scene units squared
 
   Vec3 origin{0.0f}, edge_u{0.0f}, edge_v{0.0f};  ///< rectangle: corner and perpendicular edges
   Vec3 normal{0.0f};                              ///< rectangle: unit, edge_u x edge_v
@@ -48,7 +48,7 @@ struct Light {
   std::vector<Vec3> vertices;                     ///< mesh: three per triangle
   DiscreteDistribution triangle_areas;            ///< mesh
   Environment environment;                        ///< environment
-  Vec3 bounds_min{0.0f}, bounds_max{0.0f};        ///< box around the shape
+  Vec3 bounds_min{0.0f}, bounds_max{0.0f};        ///< box around the shape; unused at infinity
 
   /// Whether the light has no density over directions. Estimators then add its radiance apart from
   /// everything they sample (`sample_delta`), with one ray.
@@ -75,7 +75,7 @@ struct DeltaSample {
 };
 
 /// @param normal  geometric normal on the side of the viewer
-/// @return nullopt where the light is not above the horizon
+/// @return nullopt where the light is not above the horizon, or is at `from` itself
 std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
                                         const Vec3& normal) noexcept;
 

@@ -130,7 +130,7 @@ Normalisation normalise(SceneDescription& scene) {
   for (PointLightDescription& light : scene.point_lights) {
     point(light.position);
     // Irradiance is intensity / distance^2 in any unit.
-    light.intensity *= static_cast<float>(result.scale * result.scale);
+    light.intensity *= result.scale * result.scale;
   }
   point(scene.camera.position);
   point(scene.camera.look_at);
@@ -157,6 +157,11 @@ std::string content_hash(const SceneDescription& scene) {
       hasher.add(shape.emission->radiance);
       hasher.add(shape.emission->two_sided);
     }
+  }
+  // Counted, so that lights and texels are not taken for one another; a scene without any adds
+  // nothing.
+  if (!scene.point_lights.empty()) {
+    hasher.add(static_cast<std::uint64_t>(scene.point_lights.size()));
   }
   for (const PointLightDescription& light : scene.point_lights) {
     hasher.add(light.position);

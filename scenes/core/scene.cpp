@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "scenes/core/error.h"
 #include "scenes/core/normalise.h"
@@ -16,6 +17,17 @@ SceneDescription normalised(SceneDescription scene, SceneTraits& traits) {
   traits.scale = n.scale;
   traits.diagonal = n.diagonal;
   return scene;
+}
+
+// Largest distance of a point light from the scene's centre [scene units].
+constexpr double kMaxPointLightDistance = 1e18;
+
+std::string too_far(const std::string& name, double distance, double diagonal) {
+  std::ostringstream text;
+  text << "point light \"" << name << "\" is " << distance / diagonal
+       << " times the scene's diagonal away from its centre; allowed: up to "
+       << kMaxPointLightDistance / diagonal;
+  return text.str();
 }
 
 Vec3 mesh_normal(const Vec3* corner) { return cross(corner[1] - corner[0], corner[2] - corner[0]); }
@@ -129,6 +141,11 @@ void Scene::add_light(const ShapeDescription& shape, Geometry& geometry) {
 }
 
 void Scene::add_point_light(const PointLightDescription& description) {
+  // A direction and a distance must be left in float.
+  const double distance = description.position.length();
+  if (!(distance <= kMaxPointLightDistance)) {
+    throw InputError(too_far(description.name, distance, traits_.diagonal));
+  }
   Light light;
   light.type = LightType::Point;
   light.name = description.name;

@@ -36,7 +36,7 @@ struct SceneTraits {
 /// lengths reported to the user are divided by `traits().scale`.
 class Scene {
  public:
-  /// @throws InputError when there is nothing to render
+  /// @throws InputError when there is nothing to render, or a point light is too far away for float
   explicit Scene(const SceneDescription& description);
 
   const std::string& name() const noexcept { return name_; }

@@ -89,7 +89,7 @@ struct ShapeDescription {
 /// Radiance from infinitely far away on a latitude-longitude grid (environment.h); one texel: the
 /// same from everywhere.
 struct EnvironmentDescription {
-  std::string name{"environment"};  ///< unique among lights
+  std::string name{"environment"};  ///< unique among shapes and lights
   std::uint32_t columns{1}, rows{1};
   std::vector<Rgb> texels;  ///< row-major [W/(m^2 sr)], each channel finite and >= 0
 };
@@ -98,7 +98,8 @@ struct EnvironmentDescription {
 struct PointLightDescription {
   std::string name;  ///< unique among shapes and lights
   Vec3d position{0.0};
-  Rgb intensity{1.0f};  ///< [W/sr], each channel finite and >= 0
+  Vec3d intensity{1.0};  ///< RGB: irradiance x distance^2, so [W/sr] where lengths are metres; each
+                         ///< channel finite and >= 0
 };
 
 struct CameraDescription {

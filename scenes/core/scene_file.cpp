@@ -55,6 +55,8 @@ class SceneReader {
       if (sound("/camera")) read_camera(root_["camera"]);
       read_materials();
       read_shapes();
+      read_point_lights();
+      if (sound("/environment")) read_environment(root_["environment"]);
     }
     faults_.throw_if_any();
     return std::move(scene_);
@@ -230,10 +232,73 @@ class SceneReader {
   }
 
   void add_shape(ShapeDescription shape, const std::string& pointer) {
-    if (!shape_names_.insert(shape.name).second) {
+    if (!names_.insert(shape.name).second) {
       fault(child_pointer(pointer, "name"), "shape name \"" + shape.name + "\" is used twice");
     }
     scene_.shapes.push_back(std::move(shape));
+  }
+
+  void read_point_lights() {
+    const auto lights = root_.find("point_lights");
+    if (lights == root_.end() || !lights->is_array()) return;
+    for (std::size_t i = 0; i < lights->size(); ++i) {
+      const std::string pointer = child_pointer("/point_lights", i);
+      if (faults_.covers(pointer)) continue;
+      const json& value = (*lights)[i];
+      PointLightDescription light{value["name"].get<std::string>(), read_vector(value["position"]),
+                                  Vec3d(read_rgb(value["intensity"]))};
+      add_light_name(light.name, child_pointer(pointer, "name"));
+      if (light.intensity == Vec3d(0.0)) {
+        scene_.warnings.push_back("point light \"" + light.name +
+                                  "\" has an intensity of zero and is not a light");
+      } else {
+        scene_.point_lights.push_back(std::move(light));
+      }
+    }
+  }
+
+  void read_environment(const json& value) {
+    EnvironmentDescription environment;
+    environment.name = value.value("name", environment.name);
+    add_light_name(environment.name, value.contains("name") ? "/environment/name" : "/environment");
+    const bool has_grid = value.contains("grid");
+    if (has_grid == value.contains("radiance")) {
+      fault("/environment", std::string("expected either \"radiance\" or \"grid\", found ") +
+                                (has_grid ? "both" : "neither"));
+      return;
+    }
+    if (has_grid) {
+      read_grid(value["grid"], environment);
+    } else {
+      environment.texels = {read_rgb(value["radiance"])};
+    }
+    if (std::all_of(environment.texels.begin(), environment.texels.end(), is_black)) {
+      scene_.warnings.push_back("environment \"" + environment.name +
+                                "\" has a radiance of zero and is not a light");
+    } else {
+      scene_.environment = std::move(environment);
+    }
+  }
+
+  void read_grid(const json& rows, EnvironmentDescription& environment) {
+    const std::size_t columns = rows[0].size();
+    environment.rows = static_cast<std::uint32_t>(rows.size());
+    environment.columns = static_cast<std::uint32_t>(columns);
+    environment.texels.reserve(rows.size() * columns);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      if (rows[r].size() != columns) {
+        fault(child_pointer("/environment/grid", r), "expected " + std::to_string(columns) +
+                                                         " texels like row 0, found " +
+                                                         std::to_string(rows[r].size()));
+      }
+      for (const json& texel : rows[r]) environment.texels.push_back(read_rgb(texel));
+    }
+  }
+
+  void add_light_name(const std::string& name, const std::string& pointer) {
+    if (names_.insert(name).second) return;
+    fault(pointer,
+          "light name \"" + name + "\" is used twice; no shape or light may have another's name");
   }
 
   const LocatedJson& document_;
@@ -241,7 +306,7 @@ class SceneReader {
   DiagnosticList faults_;
   SceneDescription scene_;
   std::vector<std::string> material_names_;  ///< same indices as scene_.materials
-  std::set<std::string> shape_names_;
+  std::set<std::string> names_;              ///< of shapes and lights
 };
 
 }  // namespace

@@ -11,8 +11,8 @@ namespace penumbra {
 /// scenes/README.md explains it).
 ///
 /// Materials are sorted by name; shapes keep the order of the file, a checkerboard being replaced
-/// by one quad mesh per material. Faces without area are left out, and an emission of zero is taken
-/// as none; `warnings` says so.
+/// by one quad mesh per material. Faces without area are left out, and a light of zero (an
+/// emission, a point light, an environment) is taken as none; `warnings` says so.
 /// @throws InputError listing every fault as "file:line:column: error: /json/pointer: message"
 SceneDescription load_scene_description(const std::filesystem::path& file);
 

@@ -43,10 +43,12 @@ std::size_t shade_tile(const Scene& scene, const TileRect& tile, int camera_samp
   for (std::size_t i = 0; i < batch.size(); ++i) {
     out[i] = ShadingPoint{};
     out[i].wo = -batch.direction(i);
-    out[i].light = scene.emitter(batch.hits[i], batch.direction(i));
     if (batch.hits[i].hit()) {
       out[i] = scene.shading_point(batch.hits[i], batch.direction(i));
       if (quantity == Quantity::Irradiance) look_along_normal(scene, out[i]);
+    } else if (quantity == Quantity::Radiance) {
+      // Seen directly; an irradiance there is none without a surface.
+      out[i].light = scene.environment_light();
     }
     valid += out[i].valid() ? 1u : 0u;
   }

@@ -24,8 +24,8 @@ struct ShadingPoint {
   Vec3 shading_normal{0.0f};    ///< unit, in the same hemisphere
   Vec3 wo{0.0f};                ///< unit, towards the viewer
   std::uint32_t material{kInvalid};
-  std::int32_t light{kNoLight};  ///< light whose emitting side is seen here (the environment's,
-                                 ///< where nothing was met), or kNoLight
+  std::int32_t light{kNoLight};  ///< light whose emitting side is seen here (the environment, where
+                                 ///< nothing was met), or kNoLight; none at points of irradiance
   /// False where the camera ray met nothing or a black surface: no light can be reflected.
   bool valid() const noexcept { return material != kInvalid; }
 };
