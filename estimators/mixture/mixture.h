@@ -59,6 +59,8 @@ class Mixture {
   /// @param record  filled with all that is drawn at this point, unless nullptr
   void set_up(const ShadingPoint& point, EstimateRecord* record = nullptr) noexcept;
 
+  const ShadingPoint& point() const noexcept { return point_; }
+
   /// Reflected light of the delta lights at the point [W/(m^2 sr)], exact, with one ray for each
   /// that is above the horizon.
   Rgb delta_radiance() noexcept;
@@ -217,12 +219,57 @@ inline std::size_t most_samples(const Scene& scene, const Budget& budget) noexce
 int shared_mis_counts(int srl, int active_lights, int light_components,
                       std::span<int> counts) noexcept;
 
-/// Goes through the estimates of a tile in the order of its output: binds the mixture to each
-/// point, adds the light of delta lights to what `one_point` returns, stores the sum, 0 where the
-/// point is not valid, and adds up the counters.
+/// Sum over all samples of f/(n_k h_k) with their own densities only: an estimate by techniques
+/// that stand for disjoint parts of the light.
+/// @param expected  [component] number of samples, or its expectation where counts are random
+RgbSum own_density_sum(Mixture& mixture, std::span<const double> expected) noexcept;
+
+/// Counts with expectation N p_k that differ from it by less than 1: systematic sampling of the
+/// cumulative distribution with one offset.
+/// @param pmf     >= 0, sum 1
+/// @param total   N
+/// @param offset  uniform in [0, 1)
+/// @param counts  result, same length as pmf, sum N
+void systematic_counts(std::span<const double> pmf, int total, double offset,
+                       std::span<int> counts) noexcept;
+
+/// Light sampling by itself: chooses SRL x active lights samples among the lights by systematic
+/// sampling of a pmf and weights them with it.
+/// @param mixture  with Densities::Own
+/// @param pmf      [active light], sum 1
+/// @param counts, expected  scratch, at least `mixture.components()` long; expected[l] is n P_l
+/// then
+/// @return the estimate
+RgbSum chosen_lights_estimate(Mixture& mixture, const Budget& budget, StreamKey key,
+                              std::span<const double> pmf, std::span<int> counts,
+                              std::span<double> expected) noexcept;
+
+/// Makes estimate s of a pixel: binds the mixture to its point, adds the light of delta lights to
+/// what `one_point` returns and stores the sum, 0 where the point is not valid.
+/// @param one_point  called with the key of the estimate where there are lights to draw from;
+///                   returns their radiance
+template <typename OnePoint>
+void estimate_one(Mixture& mixture, const Tile& tile, std::uint64_t seed, int pixel, int s,
+                  TileOutput& out, OnePoint one_point) noexcept {
+  const std::size_t i = static_cast<std::size_t>(pixel) * static_cast<std::size_t>(tile.spp) +
+                        static_cast<std::size_t>(s);
+  out.radiance[i] = Rgb(0.0f);
+  const ShadingPoint& point = tile.point(pixel, s);
+  if (!point.valid()) return;
+  ++mixture.counters().estimates;
+  mixture.set_up(point, out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr);
+  out.radiance[i] = mixture.delta_radiance();
+  if (mixture.active_lights() == 0) return;
+  StreamKey key;
+  key.seed = seed;
+  key.pixel = tile.pixel_index(pixel);
+  key.estimate = static_cast<std::uint32_t>(s);
+  out.radiance[i] += one_point(key);
+}
+
+/// Makes the estimates of a tile in the order of its output and adds up the counters.
 /// @param before_point  called with the index of every estimate, also of those that are 0
-/// @param one_point     called with the key of the estimate where there are lights to draw from;
-///                      returns their radiance
+/// @param one_point     as in estimate_one
 template <typename BeforePoint, typename OnePoint>
 void estimate_tile(Mixture& mixture, const Tile& tile, std::uint64_t seed, TileOutput& out,
                    BeforePoint before_point, OnePoint one_point) noexcept {
@@ -230,18 +277,8 @@ void estimate_tile(Mixture& mixture, const Tile& tile, std::uint64_t seed, TileO
   std::size_t i = 0;
   for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) {
     for (int s = 0; s < tile.spp; ++s, ++i) {
-      StreamKey key;
-      key.seed = seed;
-      key.pixel = tile.pixel_index(pixel);
-      key.estimate = static_cast<std::uint32_t>(s);
-      const ShadingPoint& point = tile.point(pixel, s);
       before_point(i);
-      out.radiance[i] = Rgb(0.0f);
-      if (!point.valid()) continue;
-      ++mixture.counters().estimates;
-      mixture.set_up(point, out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr);
-      out.radiance[i] = mixture.delta_radiance();
-      if (mixture.active_lights() > 0) out.radiance[i] += one_point(key);
+      estimate_one(mixture, tile, seed, pixel, s, out, one_point);
     }
   }
   out.counters += mixture.counters();

@@ -47,20 +47,6 @@ void largest_remainder(std::span<const double> alpha, int total, std::uint32_t b
   }
 }
 
-void systematic(std::span<const double> alpha, int total, double offset,
-                std::span<int> counts) noexcept {
-  double cumulative = 0.0;
-  int before = 0;
-  for (std::size_t k = 0; k < alpha.size(); ++k) {
-    cumulative += total * alpha[k];
-    const bool last = k + 1 == alpha.size();
-    const int upto =
-        last ? total : std::min(total, static_cast<int>(std::floor(cumulative + offset)));
-    counts[k] = upto - before;
-    before = upto;
-  }
-}
-
 void multinomial(std::span<const double> alpha, int total, const StreamKey& key,
                  std::span<int> counts) noexcept {
   std::fill(counts.begin(), counts.end(), 0);
@@ -102,7 +88,7 @@ void round_counts(Rounding rounding, std::span<const double> alpha, int total, S
     case Rounding::LargestRemainder:
       return largest_remainder(alpha, total, random_bits(key), counts);
     case Rounding::Systematic:
-      return systematic(alpha, total, unit(random_bits(key)), counts);
+      return systematic_counts(alpha, total, unit(random_bits(key)), counts);
     case Rounding::Multinomial:
       return multinomial(alpha, total, key, counts);
   }
