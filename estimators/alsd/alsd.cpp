@@ -35,7 +35,7 @@
 #include <memory>
 
 #include "estimators/alsd/evidence.h"
-#include "estimators/mixture/mixture.h"
+#include "estimators/mixture/estimates.h"
 
 namespace penumbra::alsd {
 namespace {

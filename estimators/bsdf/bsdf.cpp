@@ -12,7 +12,7 @@
 
 #include <memory>
 
-#include "estimators/mixture/mixture.h"
+#include "estimators/mixture/estimates.h"
 
 namespace penumbra::bsdf {
 namespace {

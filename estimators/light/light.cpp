@@ -19,7 +19,7 @@
 #include <cmath>
 #include <memory>
 
-#include "estimators/mixture/mixture.h"
+#include "estimators/mixture/estimates.h"
 
 namespace penumbra::light {
 namespace {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimators/mixture/estimates.h"
 #include "scenes/core/error.h"
 
 namespace penumbra::pmc_hi {
@@ -58,6 +59,47 @@ void multinomial(std::span<const double> alpha, int total, const StreamKey& key,
     while (alpha[k] <= 0.0 && k > 0) --k;  // rounding past the last positive weight
     ++counts[k];
   }
+}
+
+// Square of the angle between two unit vectors from the square of their chord: after two halvings
+// of the angle, the series of arcsin^2 needs few terms, everywhere to float rounding. Plain
+// arithmetic, for vector instructions. Source of the series: Abramowitz and Stegun 15.1, theta^2 =
+// 2 sum_n (2 sin(theta/2))^(2n) / (n^2 binomial(2n, n)).
+float squared_angle(float chord2) noexcept {
+  const float half = chord2 / (2.0f + std::sqrt(std::max(4.0f - chord2, 0.0f)));
+  const float quarter = half / (2.0f + std::sqrt(4.0f - half));
+  const float series =
+      1.0f +
+      quarter * (1.0f / 12.0f +
+                 quarter * (1.0f / 90.0f +
+                            quarter * (1.0f / 560.0f +
+                                       quarter * (1.0f / 3150.0f + quarter * (1.0f / 16632.0f)))));
+  return 16.0f * quarter * series;
+}
+
+// Sum of weight x angle^2 to the axis. Blocks of lanes: the angles are worked out for all samples,
+// lit or not.
+double weighted_square_angles(const Mixture& mixture, std::size_t first,
+                              std::span<const double> weights, const Vec3& axis) noexcept {
+  const VectorArray& wi = mixture.directions();
+  double sum = 0.0;
+  for (std::size_t done = 0; done < weights.size(); done += kLaneGroup) {
+    float angle2[kLaneGroup];
+    for (std::size_t lane = 0; lane < kLaneGroup; ++lane) {
+      const std::size_t i = first + done + lane;
+      const float x = wi.x[i] - axis.x;
+      const float y = wi.y[i] - axis.y;
+      const float z = wi.z[i] - axis.z;
+      angle2[lane] = squared_angle(x * x + y * y + z * z);
+    }
+    const std::size_t lanes = std::min(kLaneGroup, weights.size() - done);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      if (weights[done + lane] > 0.0) {
+        sum += weights[done + lane] * static_cast<double>(angle2[lane]);
+      }
+    }
+  }
+  return sum;
 }
 
 double half_angle(BetaRule rule, double resultant, double mean_square_angle) noexcept {
@@ -120,6 +162,7 @@ Cone fit_cone(const Mixture& mixture, std::size_t first, std::span<const double>
   Vec3d sum(0.0);
   double total = 0.0;
   for (std::size_t i = 0; i < weights.size(); ++i) {
+    if (weights[i] == 0.0) continue;
     const double w = weights[i] / largest;
     sum += Vec3d(mixture.wi(first + i)) * w;
     total += w;
@@ -127,22 +170,15 @@ Cone fit_cone(const Mixture& mixture, std::size_t first, std::span<const double>
   const double length = sum.length();
   const double resultant = length / total;
   if (!(resultant >= kMinResultant)) return {};
-  const Vec3d axis = sum / length;
-
-  double mean_square_angle = 0.0;
-  if (rules.rule == BetaRule::RmsAngle) {
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-      if (weights[i] == 0.0) continue;
-      const Vec3d wi(mixture.wi(first + i));
-      const double angle = std::atan2(axis.cross(wi).length(), axis.dot(wi));
-      mean_square_angle += weights[i] / largest * angle * angle;
-    }
-    mean_square_angle /= total;
-  }
-  const double beta = std::clamp(rules.scale * half_angle(rules.rule, resultant, mean_square_angle),
+  const Vec3 axis = Vec3(sum / length).normalized();
+  const double mean_square =
+      rules.rule == BetaRule::RmsAngle
+          ? weighted_square_angles(mixture, first, weights, axis) / largest / total
+          : 0.0;
+  const double beta = std::clamp(rules.scale * half_angle(rules.rule, resultant, mean_square),
                                  rules.min, rules.max);
   const double s = std::sin(0.5 * beta);
-  return {Vec3(axis).normalized(), static_cast<float>(2.0 * s * s)};
+  return {axis, static_cast<float>(2.0 * s * s)};
 }
 
 void add_tag_sums(const Mixture& mixture, std::size_t first, std::span<const double> weights,
@@ -156,11 +192,13 @@ void add_posterior_sums(const Mixture& mixture, std::size_t first, std::span<con
                         std::span<const double> coefficients, std::span<double> sums) noexcept {
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (weights[i] == 0.0) continue;
-    const std::span<const float> pdfs = mixture.pdfs(first + i);
-    const double scale = weights[i] / mixture_pdf_w(pdfs, coefficients);
-    for (std::size_t k = 0; k < sums.size(); ++k) {
-      sums[k] += scale * coefficients[k] * static_cast<double>(pdfs[k]);
-    }
+    const auto density = [&](std::size_t k) {
+      return coefficients[k] * static_cast<double>(mixture.pdf_w(first + i, static_cast<int>(k)));
+    };
+    double k_sum = 0.0;
+    for (std::size_t k = 0; k < sums.size(); ++k) k_sum += density(k);
+    const double scale = weights[i] / k_sum;
+    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += scale * density(k);
   }
 }
 

@@ -11,7 +11,7 @@
 
 #include <memory>
 
-#include "estimators/mixture/mixture.h"
+#include "estimators/mixture/estimates.h"
 
 namespace penumbra::uniform {
 namespace {
