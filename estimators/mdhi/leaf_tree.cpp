@@ -1,6 +1,7 @@
 #include "estimators/mdhi/leaf_tree.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -25,17 +26,27 @@ LeafTree::LeafTree(std::size_t max_charts, std::size_t max_samples, const LeafRu
   leaves_.reserve(leaves);
   volumes_.reserve(leaves);
   contrasts_.reserve(leaves);
+  places_ = std::bit_ceil(leaves);
+  errors_.resize(2 * places_, 0.0);
   samples_.reserve(max_samples);
   order_.resize(max_samples);
 }
 
 void LeafTree::reset(std::size_t charts) noexcept {
+  if (!leaves_.empty()) {
+    std::size_t last = places_ + leaves_.size() - 1;
+    for (std::size_t first = places_; first > 0; first /= 2, last /= 2) {
+      std::fill(errors_.begin() + static_cast<std::ptrdiff_t>(first),
+                errors_.begin() + static_cast<std::ptrdiff_t>(last) + 1, 0.0);
+    }
+  }
   nodes_.clear();
   leaves_.clear();
   volumes_.clear();
   contrasts_.clear();
   samples_.clear();
-  value_sum_ = 0.0;
+  floor_ = rules_.relative ? kFloor : 1.0;
+  lit_ = false;
   for (std::size_t k = 0; k < charts; ++k) {
     const auto index = static_cast<std::uint32_t>(k);
     Leaf leaf;
@@ -46,6 +57,7 @@ void LeafTree::reset(std::size_t charts) noexcept {
     leaves_.push_back(leaf);
     volumes_.push_back(1.0);
     contrasts_.push_back(0.0);
+    set_error(k);
   }
 }
 
@@ -62,28 +74,38 @@ void LeafTree::insert_into(std::size_t leaf, const Vec2& u, const Vec3d& value) 
   samples_.push_back({u, box.first, value});
   box.first = static_cast<std::uint32_t>(samples_.size() - 1);
   ++box.count;
-  value_sum_ += rules_.per_channel ? value.x + value.y + value.z : luminance(value);
+  add_up(value);
   settle(leaf, rules_.capacity);
 }
 
-double LeafTree::floor() const noexcept {
-  if (rules_.relative) return kFloor;
-  // Without any light there is no scale, and only the areas decide.
-  return value_sum_ > 0.0 ? kFloor * value_sum_ / static_cast<double>(samples_.size()) : 1.0;
+// The scale of absolute errors, once there is one. Before, only the areas decide.
+void LeafTree::add_up(const Vec3d& value) noexcept {
+  if (lit_ || rules_.relative) return;
+  const double sum = rules_.per_channel ? value.x + value.y + value.z : luminance(value);
+  if (!(sum > 0.0)) return;
+  lit_ = true;
+  floor_ = kFloor * sum / static_cast<double>(samples_.size());
+  for (std::size_t i = 0; i < leaves_.size(); ++i) set_error(i);
+}
+
+void LeafTree::set_error(std::size_t leaf) noexcept {
+  std::size_t place = places_ + leaf;
+  errors_[place] = volumes_[leaf] * (contrasts_[leaf] + floor_);
+  while (place > 1) {
+    place /= 2;
+    const double larger = std::max(errors_[2 * place], errors_[2 * place + 1]);
+    if (errors_[place] == larger) return;
+    errors_[place] = larger;
+  }
 }
 
 std::size_t LeafTree::worst_leaf() const noexcept {
-  const double floor_now = floor();
-  std::size_t worst = 0;
-  double most = -1.0;
-  for (std::size_t i = 0; i < leaves_.size(); ++i) {
-    const double e = volumes_[i] * (contrasts_[i] + floor_now);
-    if (e > most) {
-      most = e;
-      worst = i;
-    }
+  std::size_t place = 1;
+  while (place < places_) {
+    place *= 2;
+    place += errors_[place] == errors_[place / 2] ? 0u : 1u;
   }
-  return worst;
+  return place - places_;
 }
 
 void LeafTree::split_down_to(std::uint32_t capacity) noexcept {
@@ -202,6 +224,7 @@ void LeafTree::update(std::size_t leaf) noexcept {
   volumes_[leaf] = (static_cast<double>(box.upper.x) - static_cast<double>(box.lower.x)) *
                    (static_cast<double>(box.upper.y) - static_cast<double>(box.lower.y));
   contrasts_[leaf] = contrast(box);
+  set_error(leaf);
 }
 
 double LeafTree::contrast(const Leaf& leaf) const noexcept {

@@ -33,9 +33,10 @@ struct Leaf {
 ///
 /// Leaf error, with V the area, n the samples and c luminance or each of the three channels:
 ///   relative  e = V (1/n sum_i sum_c |v_ic - mean_c| / mean_c + 1e-5), channels of mean 0 left out
-///   absolute  e = V (1/n sum_i sum_c |v_ic - mean_c| + 1e-5 m), m the mean of all samples' sum_c
+///   absolute  e = V (1/n sum_i sum_c |v_ic - mean_c| + 1e-5 m)
 /// The last term gives every leaf a positive error, so that with enough samples each is divided.
-/// Where all values are 0, m is 1. Values times a power of two change no choice.
+/// There m is the mean of all samples' sum_c when the first light was found, until then 1e5. Values
+/// times a power of two change no choice.
 /// Source: Hachisuka et al. 2008; constants as in the code of Meister and Hachisuka 2022 (pmdas).
 class LeafTree {
  public:
@@ -74,9 +75,7 @@ class LeafTree {
   /// Area of a leaf.
   double volume(std::size_t leaf) const noexcept { return volumes_[leaf]; }
   /// Error of a leaf by the formula above.
-  double error(std::size_t leaf) const noexcept {
-    return volumes_[leaf] * (contrasts_[leaf] + floor());
-  }
+  double error(std::size_t leaf) const noexcept { return errors_[places_ + leaf]; }
 
   /// Number of samples.
   std::size_t samples() const noexcept { return samples_.size(); }
@@ -108,7 +107,8 @@ class LeafTree {
   };
   static constexpr int kLeaf = -1;
 
-  double floor() const noexcept;
+  void add_up(const Vec3d& value) noexcept;
+  void set_error(std::size_t leaf) noexcept;
   void settle(std::size_t leaf, std::uint32_t capacity) noexcept;
   bool split(std::size_t leaf) noexcept;
   std::size_t sort_and_cut(std::span<std::uint32_t> order, int axis) const noexcept;
@@ -123,9 +123,15 @@ class LeafTree {
   std::vector<Leaf> leaves_;
   std::vector<double> volumes_;    // [leaf]
   std::vector<double> contrasts_;  // [leaf], the error without area and floor
+  // Tournament of the errors, a binary tree in an array: place k holds the larger of those at 2k
+  // and 2k + 1; leaf i is at places_ + i. For more than a
+  // hundred leaves it costs less than a search through all.
+  std::size_t places_{1};
+  std::vector<double> errors_;
   std::vector<Sample> samples_;
   std::vector<std::uint32_t> order_;  // of the leaf being split
-  double value_sum_{0.0};             // over all samples and their c
+  double floor_{0.0};                 // error per area of a leaf without contrast
+  bool lit_{false};                   // a sample has a value
 };
 
 }  // namespace penumbra::mdhi

@@ -17,9 +17,9 @@
 //
 // Budget at L lights that can contribute: srl_initial x L samples in equal numbers over the charts
 // (the first ones take what is left over), then srl_adaptive x L one at a time, each in the leaf of
-// the largest error over all charts. That is so for every domain: where the literature counts a
-// mixed "8-8" as 48 samples of three charts, it is "12-12" of two lights here. Samples that can not
-// contribute are values of 0 without a ray.
+// the largest error over all charts. That is so for every domain: 48 samples of three charts,
+// the BSDF's and those of two lights, are "12-12" and not "8-8". Samples that can not contribute
+// are values of 0 without a ray.
 //
 // Random numbers, by (iteration, component): initial points (0, the light's scene index; the number
 // of lights for the other charts) of the budget's sampler; candidate c of adaptive step i is point
@@ -35,7 +35,9 @@
 //
 // Biased, consistent: sample positions depend on the values that they integrate, and a leaf's mean
 // is not the mean over its area. Weak case: what the initial samples miss (a sliver of a light, a
-// narrow lobe) stays unknown, and refinement concentrates on the few hits.
+// narrow lobe) stays unknown until the contrast of all other leaves has fallen to 1e-5, and
+// refinement concentrates on the few hits. In the mixed domain that is the part of a small light
+// that the BSDF's chart should give, however well the light's own chart knows it.
 
 #include "estimators/mdhi/mdhi.h"
 

@@ -98,6 +98,11 @@ RC_GTEST_PROP(LeafTree, LeavesTileTheSquaresAndHoldAllSamples, ()) {
       tree.insert_into(leaf, tree.point_in(leaf, u), value);
     }
     RC_ASSERT(tree.value(i) == value);
+    std::size_t worst = 0;
+    for (std::size_t k = 0; k < tree.leaves().size(); ++k) {
+      if (tree.error(k) > tree.error(worst)) worst = k;
+    }
+    RC_ASSERT(tree.worst_leaf() == worst);
   }
   expect_sound(tree, charts, capacity, chart_of);
   tree.split_down_to(1);
@@ -164,14 +169,15 @@ TEST(LeafTree, ErrorIsAreaTimesMeanDeviation) {
     tree.insert(0, {0.9f, 0.1f}, {3.0, 0.0, 8.0});
     return tree.error(0);
   };
-  // Red: mean 2, mean deviation 2/3. Blue: mean 4, mean deviation 8/3. Green is 0.
+  // Red: mean 2, mean deviation 2/3. Blue: mean 4, mean deviation 8/3. Green is 0. The first sample
+  // is red 1.
   EXPECT_NEAR(error({.relative = true, .per_channel = true}), 1.0 / 3.0 + 2.0 / 3.0 + 1e-5, 1e-14);
-  EXPECT_NEAR(error({.relative = false, .per_channel = true}), 10.0 / 3.0 + 6.0e-5, 1e-14);
+  EXPECT_NEAR(error({.relative = false, .per_channel = true}), 10.0 / 3.0 + 1e-5, 1e-14);
   // Luminance .2126 R + .0722 B grows evenly from sample to sample, by d about the mean.
   const double d = 0.2126 + 4.0 * 0.0722;
   const double mean = 2.0 * 0.2126 + 4.0 * 0.0722;
   EXPECT_NEAR(error({.relative = true}), 2.0 / 3.0 * d / mean + 1e-5, 1e-14);
-  EXPECT_NEAR(error({.relative = false}), 2.0 / 3.0 * d + 1e-5 * mean, 1e-14);
+  EXPECT_NEAR(error({.relative = false}), 2.0 / 3.0 * d + 1e-5 * 0.2126, 1e-14);
 }
 
 TEST(LeafTree, TheWorstLeafIsThatOfAnyChart) {
