@@ -31,7 +31,6 @@
 #include "estimators/alsd/alsd.h"
 
 #include <algorithm>
-#include <array>
 #include <memory>
 
 #include "estimators/alsd/evidence.h"
@@ -52,7 +51,6 @@ class Alsd final : public Estimator {
                  Densities::Own),
         evidence_(scene.lights().size(), kBlockSide * kBlockSide,
                   {params.real("uniform_weight"), params.real("kappa")}),
-        contributions_(scene.lights().size()),
         pmf_(scene.lights().size()),
         counts_(scene.lights().size() + 2),
         expected_(counts_.size()) {}
@@ -106,24 +104,9 @@ class Alsd final : public Estimator {
     const std::span<double> pmf = std::span(chosen_).first(lights);
     std::fill(pmf.begin(), pmf.end(), 1.0 / static_cast<double>(lights));
     const RgbSum sum = chosen_lights_estimate(mixture_, budget_, key, pmf, counts_, expected_);
-    note_contributions(pixel_in_block);
+    evidence_.add_estimate(pixel_in_block, mixture_, expected_,
+                           budget_.srl() * static_cast<int>(lights));
     return narrow(sum);
-  }
-
-  // Luminance that each light has added to the estimate at hand.
-  void note_contributions(int pixel_in_block) noexcept {
-    const auto lights = static_cast<std::size_t>(mixture_.active_lights());
-    std::fill_n(contributions_.begin(), lights, 0.0);
-    for (std::size_t i = 0; i < mixture_.size(); ++i) {
-      if (is_black(mixture_.f(i))) continue;
-      const auto l = static_cast<std::size_t>(mixture_.component(i));
-      contributions_[l] += luminance(widen(mixture_.f(i))) /
-                           (expected_[l] * static_cast<double>(mixture_.own_pdf(i)));
-    }
-    for (std::size_t l = 0; l < lights; ++l) {
-      evidence_.add(pixel_in_block, mixture_.light_index(static_cast<int>(l)), contributions_[l]);
-    }
-    evidence_.add_samples(pixel_in_block, budget_.srl() * static_cast<int>(lights));
   }
 
   Rgb second_estimate(const StreamKey& key) noexcept {
@@ -157,8 +140,7 @@ class Alsd final : public Estimator {
   const Scene* scene_;
   Mixture mixture_;
   Evidence evidence_;
-  std::vector<double> contributions_;  // [active light]
-  std::vector<double> pmf_;            // [scene light], of the pixel
+  std::vector<double> pmf_;  // [scene light], of the pixel
   std::vector<double> chosen_ = std::vector<double>(scene_->lights().size());  // [active light]
   std::vector<int> counts_;
   std::vector<double> expected_;

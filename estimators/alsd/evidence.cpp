@@ -18,6 +18,20 @@ void Evidence::clear() noexcept {
   std::fill(samples_.begin(), samples_.end(), 0.0);
 }
 
+void Evidence::add_estimate(int pixel, const Mixture& mixture, std::span<const double> expected,
+                            int samples) noexcept {
+  for (std::size_t i = 0; i < mixture.size(); ++i) {
+    if (is_black(mixture.f(i))) continue;
+    const int component = mixture.component(i);
+    const double density =
+        expected[static_cast<std::size_t>(component)] * static_cast<double>(mixture.own_pdf(i));
+    if (density > 0.0) {
+      add(pixel, mixture.light_index(component), luminance(widen(mixture.f(i))) / density);
+    }
+  }
+  add_samples(pixel, samples);
+}
+
 void Evidence::finish() noexcept {
   for (std::size_t i = 0; i < pixel_.size(); ++i) block_[i % lights_] += pixel_[i];
 }

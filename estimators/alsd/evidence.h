@@ -4,6 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "estimators/mixture/mixture.h"
+
 /// What the first pass of ALSD learns about one block of pixels. A class of its own, so that tests
 /// and microbenchmarks reach it.
 namespace penumbra::alsd {
@@ -23,6 +25,13 @@ class Evidence {
 
   /// Forgets everything; for a new block.
   void clear() noexcept;
+
+  /// Adds what an estimate of the first pass has learned: the luminance that each light has
+  /// contributed to it, and its samples.
+  /// @param mixture   with the samples of the estimate
+  /// @param expected  [active light] n P_l
+  void add_estimate(int pixel, const Mixture& mixture, std::span<const double> expected,
+                    int samples) noexcept;
 
   /// Adds to the luminance that a light has contributed to a pixel's estimates.
   void add(int pixel, std::size_t light, double contribution) noexcept {
