@@ -47,7 +47,7 @@
 #include "estimators/mdhi/charts.h"
 #include "estimators/mdhi/leaf_tree.h"
 #include "estimators/mdhi/reconstruction.h"
-#include "estimators/mixture/mixture.h"
+#include "estimators/mixture/estimates.h"
 #include "scenes/core/error.h"
 
 namespace penumbra::mdhi {

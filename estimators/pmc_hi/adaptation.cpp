@@ -23,25 +23,31 @@ std::uint32_t tie_rank(std::uint32_t bits, std::size_t component) noexcept {
   return x ^ (x >> 16);
 }
 
-void largest_remainder(std::span<const double> alpha, int total, std::uint32_t bits,
+void largest_remainder(std::span<const double> alpha, int total, const StreamKey& key,
                        std::span<int> counts) noexcept {
+  constexpr double kTie = 1e-9;
   int assigned = 0;
   for (std::size_t k = 0; k < alpha.size(); ++k) {
-    counts[k] = static_cast<int>(std::floor(total * alpha[k]));
+    counts[k] = static_cast<int>(total * alpha[k]);
     assigned += counts[k];
   }
   // Each remaining sample goes to the component that is owed most; among equals, to the one that a
-  // random ranking puts first, so that every one of them is equally likely.
+  // random ranking puts first, so that every one of them is equally likely. What is owed adds up to
+  // at least 1, so a component of weight 0 is never the one.
+  std::uint32_t bits = 0;
+  bool drawn = false;
   for (; assigned < total; ++assigned) {
     std::size_t best = 0;
-    double most_owed = -1e300;
+    double most_owed = 0.0;
     for (std::size_t k = 0; k < alpha.size(); ++k) {
-      if (alpha[k] <= 0.0) continue;
       const double owed = total * alpha[k] - counts[k];
-      const bool tie = std::abs(owed - most_owed) <= 1e-9;
-      if (tie ? tie_rank(bits, k) > tie_rank(bits, best) : owed > most_owed) {
+      if (owed > most_owed + kTie) {
         most_owed = owed;
         best = k;
+      } else if (owed >= most_owed - kTie && owed > kTie) {
+        if (!drawn) bits = random_bits(key);
+        drawn = true;
+        if (tie_rank(bits, k) > tie_rank(bits, best)) best = k;
       }
     }
     ++counts[best];
@@ -94,9 +100,7 @@ double weighted_square_angles(const Mixture& mixture, std::size_t first,
     }
     const std::size_t lanes = std::min(kLaneGroup, weights.size() - done);
     for (std::size_t lane = 0; lane < lanes; ++lane) {
-      if (weights[done + lane] > 0.0) {
-        sum += weights[done + lane] * static_cast<double>(angle2[lane]);
-      }
+      sum += weights[done + lane] * static_cast<double>(angle2[lane]);
     }
   }
   return sum;
@@ -128,7 +132,7 @@ void round_counts(Rounding rounding, std::span<const double> alpha, int total, S
   key.component = kRoundingComponent;
   switch (rounding) {
     case Rounding::LargestRemainder:
-      return largest_remainder(alpha, total, random_bits(key), counts);
+      return largest_remainder(alpha, total, key, counts);
     case Rounding::Systematic:
       return systematic_counts(alpha, total, unit(random_bits(key)), counts);
     case Rounding::Multinomial:
@@ -159,26 +163,26 @@ Cone fit_cone(const Mixture& mixture, std::size_t first, std::span<const double>
   // Weights relative to the largest: their sums stay in range for radiance of any magnitude.
   double largest = 0.0;
   for (const double weight : weights) largest = std::max(largest, weight);
+  const double scale = 1.0 / largest;
   Vec3d sum(0.0);
   double total = 0.0;
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    if (weights[i] == 0.0) continue;
-    const double w = weights[i] / largest;
+    const double w = weights[i] * scale;
     sum += Vec3d(mixture.wi(first + i)) * w;
     total += w;
   }
   const double length = sum.length();
   const double resultant = length / total;
   if (!(resultant >= kMinResultant)) return {};
-  const Vec3 axis = Vec3(sum / length).normalized();
+  const Vec3 axis(sum * (1.0 / length));
   const double mean_square =
       rules.rule == BetaRule::RmsAngle
-          ? weighted_square_angles(mixture, first, weights, axis) / largest / total
+          ? weighted_square_angles(mixture, first, weights, axis) * scale / total
           : 0.0;
   const double beta = std::clamp(rules.scale * half_angle(rules.rule, resultant, mean_square),
                                  rules.min, rules.max);
-  const double s = std::sin(0.5 * beta);
-  return {axis, static_cast<float>(2.0 * s * s)};
+  const float s = std::sin(static_cast<float>(0.5 * beta));
+  return {axis, 2.0f * s * s};
 }
 
 void add_tag_sums(const Mixture& mixture, std::size_t first, std::span<const double> weights,
@@ -206,7 +210,8 @@ bool normalise(std::span<double> values) noexcept {
   double sum = 0.0;
   for (const double value : values) sum += value;
   if (!(sum > 0.0)) return false;
-  for (double& value : values) value /= sum;
+  const double scale = 1.0 / sum;
+  for (double& value : values) value *= scale;
   return true;
 }
 

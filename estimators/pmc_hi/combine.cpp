@@ -20,7 +20,7 @@ RgbSum with_fixed_factors(Mixture& mixture, std::span<const Iteration> iteration
     sum += iterations[t].sum * factor(t);
     total += factor(t) * iterations[t].n;
   }
-  for (std::size_t t = 0; t < iterations.size(); ++t) {
+  for (std::size_t t = 0; mixture.record() != nullptr && t < iterations.size(); ++t) {
     mixture.scale_recorded_weights(iterations[t].first, end_of(mixture, iterations, t),
                                    factor(t) / total);
   }

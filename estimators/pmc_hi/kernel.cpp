@@ -50,10 +50,9 @@ void Kernel::next(const StreamKey& key, int samples) noexcept {
 }
 
 void Kernel::set_coefficients(int samples) noexcept {
+  const bool by_counts = settings_->denominator == Denominator::Counts;
   for (std::size_t k = 0; k < m_; ++k) {
-    coefficients_[k] = settings_->denominator == Denominator::Counts
-                           ? static_cast<double>(counts_[k]) / samples
-                           : alpha_[k];
+    coefficients_[k] = by_counts ? static_cast<double>(counts_[k]) / samples : alpha_[k];
   }
 }
 
@@ -71,14 +70,13 @@ void Kernel::learn(Mixture& mixture, std::size_t first, std::span<const double> 
   const std::size_t cone = m_ - 1;
   const auto hits = std::count_if(weights.begin(), weights.end(), [](double w) { return w > 0.0; });
   const std::span<double> learned = std::span(learned_).first(m_);
-  const std::span<double> evidence = std::span(evidence_).first(m_);
-  if (!settings_->cumulative) std::fill(evidence.begin(), evidence.end(), 0.0);
+  for (std::size_t k = 0; k < m_; ++k) learned[k] = settings_->cumulative ? evidence_[k] : 0.0;
   if (settings_->update == Update::Tag) {
-    add_tag_sums(mixture, first, weights, evidence);
+    add_tag_sums(mixture, first, weights, learned);
   } else {
-    add_posterior_sums(mixture, first, weights, coefficients(), evidence);
+    add_posterior_sums(mixture, first, weights, coefficients(), learned);
   }
-  std::copy(evidence.begin(), evidence.end(), learned.begin());
+  if (settings_->cumulative) std::copy(learned.begin(), learned.end(), evidence_.begin());
   if (hits == 0 || !normalise(learned)) return forget_cone(mixture);
 
   const bool had_cone = has_cone_;

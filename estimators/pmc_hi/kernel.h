@@ -48,7 +48,7 @@ class Kernel {
   bool has_cone_{false};
   std::vector<double> alpha_;
   std::vector<double> learned_;
-  std::vector<double> evidence_;  // numerators of Eq. 6
+  std::vector<double> evidence_;  // numerators of Eq. 6 over all iterations, for that memory only
   std::vector<int> counts_;
   std::vector<double> coefficients_;
 };
