@@ -78,10 +78,10 @@ TEST_F(CommandLine, RunWritesTheColumnsOfTheDesign) {
 }
 
 TEST_F(CommandLine, RunWritesAStripForEveryGroupOfMaps) {
-  ASSERT_EQ(run("run configs/smoke.json --out out --set blocks=1 --set "
-                "'scenes.0.resolution=[32,16]' --only '*/PMC-HI/independent'")
-                .code,
-            0);
+  const Outcome outcome =
+      run("run configs/smoke.json --out out --set blocks=1 --set 'scenes.0.resolution=[32,16]' "
+          "--only '*/PMC-HI/independent'");
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
   std::vector<std::string> missing = {"-maps.png", "-maps-2.png", "-maps-3.png", "-maps-4.png"};
   for (const fs::directory_entry& entry : fs::directory_iterator(root_ / "out/images")) {
     std::erase_if(missing, [&](const std::string& end) {
