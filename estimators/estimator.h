@@ -114,8 +114,9 @@ struct EstimatorEntry {
   std::string_view name;
   std::string_view summary;
   std::string_view citation;
-  bool adaptive{false};  ///< uses a split budget "A-B"; a plain total is then split 1:3
-  int min_srl{1};        ///< smallest total of shadow rays per light
+  bool adaptive{false};        ///< uses a split budget "A-B"; a plain total is then split 1:3
+  bool shares_in_tile{false};  ///< an estimate depends on other points of its tile
+  int min_srl{1};              ///< smallest total of shadow rays per light
   std::span<const ParamSpec> (*params)(){nullptr};
   /// Whether E[estimate] is the exact radiance with these parameters, and why not.
   /// @return empty when unbiased, otherwise the reason in one clause

@@ -49,6 +49,13 @@ Srl parse_srl(const std::string& text) {
       std::to_string(kMaxSrl) + ", found \"" + text + "\"");
 }
 
+std::optional<Quantity> parse_quantity(std::string_view name) {
+  for (const Quantity quantity : {Quantity::Radiance, Quantity::Irradiance}) {
+    if (to_string(quantity) == name) return quantity;
+  }
+  return std::nullopt;
+}
+
 ExperimentConfig load_config(const std::filesystem::path& file,
                              const std::vector<std::string>& overrides) {
   static const JsonSchema schema(kExperimentSchemaJson);

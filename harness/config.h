@@ -6,9 +6,11 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "estimators/params.h"
+#include "scenes/core/shading_point.h"
 
 /// An experiment as its config file states it (configs/README.md explains every key; the JSON
 /// Schema is configs/experiment.schema.json). Sweeps are still axes here; `expand_cells` (plan.h)
@@ -52,7 +54,9 @@ struct MethodConfig {
       sampler;           ///< pins the point set; otherwise every sampler of the experiment
   std::vector<Srl> srl;  ///< a sweep where more than one
   std::map<std::string, std::vector<ParamValue>>
-      params;  ///< a sweep where a list has more than one value
+      params;                               ///< a sweep where a list has more than one value
+  std::map<std::string, double> published;  ///< a publication's efficiency by scene name, in its
+                                            ///< own unit
 };
 
 /// Which number of the plan is solved for to meet the time budget.
@@ -85,12 +89,14 @@ struct ExperimentConfig {
   std::string name;
   std::string summary;
   std::uint64_t seed{1};
-  int threads{0};  ///< 0: all cores
-  int tile{16};    ///< side of a tile [pixels], a multiple of 8
+  int threads{0};                         ///< 0: all cores
+  int tile{16};                           ///< side of a tile [pixels], a multiple of 8
+  Quantity quantity{Quantity::Radiance};  ///< what is estimated at every shading point
   std::vector<SceneConfig> scenes;
   std::vector<MethodConfig> methods;
   std::string baseline;  ///< label; ratios are against it within scene, sampler and budget
   std::optional<std::string> tuned_baseline;  ///< label of a second baseline with a pinned sampler
+  std::string published_source;               ///< where the published efficiencies are from
   std::vector<std::string> samplers{"independent"};
   int spp{8};                          ///< estimates per pixel, unless solved for
   std::optional<BudgetConfig> budget;  ///< none: SPP and SRL as given
@@ -110,5 +116,9 @@ ExperimentConfig load_config(const std::filesystem::path& file,
 /// Parses "16" or "4-12".
 /// @throws InputError naming the text and the two forms
 Srl parse_srl(const std::string& text);
+
+/// The quantity of a name of `to_string`.
+/// @return nullopt when there is none of that name
+std::optional<Quantity> parse_quantity(std::string_view name);
 
 }  // namespace penumbra

@@ -68,10 +68,15 @@ void ConfigReader::read_top_level() {
   take(root_, "seed", config_.seed);
   take(root_, "threads", config_.threads);
   take(root_, "tile", config_.tile);
+  std::string quantity;
+  take(root_, "quantity", quantity);
+  // Another name is a fault of the schema.
+  config_.quantity = parse_quantity(quantity).value_or(Quantity::Radiance);
   take(root_, "baseline", config_.baseline);
   if (root_.is_object() && root_.contains("tuned_baseline")) {
     take(root_, "tuned_baseline", config_.tuned_baseline.emplace());
   }
+  take(root_, "published_source", config_.published_source);
   take(root_, "spp", config_.spp);
   take(root_, "blocks", config_.blocks);
   take(root_, "relmse_epsilon", config_.relmse_epsilon);
@@ -214,7 +219,22 @@ MethodConfig ConfigReader::read_method(const json& value, const std::string& poi
   if (entry != nullptr) {
     read_sweeps(object_member(value, "params"), child_pointer(pointer, "params"), *entry, method);
   }
+  read_published(object_member(value, "published"), child_pointer(pointer, "published"), method);
   return method;
+}
+
+void ConfigReader::read_published(const json& published, const std::string& pointer,
+                                  MethodConfig& method) {
+  std::vector<std::string> scenes;
+  for (const SceneConfig& scene : config_.scenes) scenes.push_back(scene.name);
+  for (const auto& [scene, efficiency] : published.items()) {
+    const std::string place = child_pointer(pointer, scene);
+    if (std::find(scenes.begin(), scenes.end(), scene) == scenes.end()) {
+      faults_.add(document_.key_at(place), place, unknown_name("scene", scene, scenes));
+    } else if (efficiency.is_number()) {
+      method.published[scene] = efficiency.get<double>();
+    }
+  }
 }
 
 void ConfigReader::read_sweeps(const json& params, const std::string& pointer,

@@ -36,6 +36,8 @@ class ConfigReader {
   MethodConfig read_method(const nlohmann::json& value, const std::string& pointer);
   void read_sweeps(const nlohmann::json& params, const std::string& pointer,
                    const EstimatorEntry& entry, MethodConfig& method);
+  void read_published(const nlohmann::json& published, const std::string& pointer,
+                      MethodConfig& method);
   const EstimatorEntry* find_entry(const std::string& name, const std::string& pointer);
   std::optional<Srl> read_srl(const nlohmann::json& value, const std::string& pointer,
                               const EstimatorEntry* entry);

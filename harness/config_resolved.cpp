@@ -28,7 +28,7 @@ double shortest(float value) {
 std::string portable_path(const std::filesystem::path& file) {
   const std::filesystem::path relative = file.lexically_relative(project_root());
   const bool below = !relative.empty() && *relative.begin() != "..";
-  return (below ? relative : file).generic_string();
+  return (below ? relative : std::filesystem::absolute(file)).generic_string();
 }
 
 ordered_json srl_json(const Srl& srl) {
@@ -83,6 +83,7 @@ ordered_json method_json(const MethodConfig& method) {
         for (const ParamValue& value : values) list.push_back(param_to_json(value));
         return list;
       });
+  if (!method.published.empty()) result["published"] = method.published;
   return result;
 }
 
@@ -108,12 +109,14 @@ std::string resolved_json(const ExperimentConfig& config) {
   result["seed"] = config.seed;
   result["threads"] = config.threads;
   result["tile"] = config.tile;
+  result["quantity"] = to_string(config.quantity);
   for (const SceneConfig& scene : config.scenes) result["scenes"].push_back(scene_json(scene));
   for (const MethodConfig& method : config.methods) {
     result["methods"].push_back(method_json(method));
   }
   result["baseline"] = config.baseline;
   if (config.tuned_baseline) result["tuned_baseline"] = *config.tuned_baseline;
+  if (!config.published_source.empty()) result["published_source"] = config.published_source;
   result["samplers"] = config.samplers;
   result["spp"] = config.spp;
   if (config.budget) {

@@ -258,16 +258,40 @@ Ratio compare(const Cell& cell, const std::vector<Cell>& cells, const std::strin
   return baseline ? ratio_of(cell, *baseline, options) : none;
 }
 
+std::optional<double> published_efficiency(const TableOptions& options, const std::string& label,
+                                           const std::string& scene) {
+  const auto method = options.published.find(label);
+  if (method == options.published.end()) return std::nullopt;
+  const auto found = method->second.find(scene);
+  return found == method->second.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::optional<double> published_ratio(const EfficiencyRow& row, const TableOptions& options) {
+  const auto own = published_efficiency(options, row.label, row.scene);
+  const auto baseline = published_efficiency(options, options.baseline, row.scene);
+  if (!own || !baseline) return std::nullopt;
+  return *own / *baseline;
+}
+
+void compare_with_published(EfficiencyRow& row) {
+  if (!row.ratio_published || !row.ratio_lo || !row.ratio_hi) return;
+  if (*row.ratio_published >= *row.ratio_lo && *row.ratio_published <= *row.ratio_hi) return;
+  add_note(row, fmt::format("published {:.3g} lies outside [{:.3g}, {:.3g}]", *row.ratio_published,
+                            *row.ratio_lo, *row.ratio_hi));
+}
+
 /// The row of a cell with its ratios and verdict; the cells stay as they are.
 EfficiencyRow compared(const Cell& cell, const std::vector<Cell>& cells,
                        const TableOptions& options) {
   EfficiencyRow row = cell.row;
+  row.ratio_published = published_ratio(row, options);
   if (!cell.comparable) return row;
   const Ratio plain = compare(cell, cells, options.baseline, row.sampler, options);
   row.ratio = plain.value;
   row.ratio_lo = plain.lo;
   row.ratio_hi = plain.hi;
   if (!plain.fault.empty()) add_note(row, "ratio: " + plain.fault);
+  compare_with_published(row);
   if (row.label == options.baseline) {
     row.verdict = Verdict::Baseline;
   } else if (plain.lo && *plain.lo > 1) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -25,6 +26,9 @@ struct TableOptions {
   double relmse_epsilon{0.01};      ///< of the raw rows' relmse; printed
   std::vector<std::string> scenes;  ///< order of the table; others follow by name
   std::vector<std::string> labels;
+  /// A publication's efficiencies, [label][scene], in any unit that is the same for all labels.
+  std::map<std::string, std::map<std::string, double>> published;
+  std::string published_source;  ///< printed below the table
 };
 
 /// One row per cell: (scene, label, estimator, parameters, SPP, SRL, population, sampler, budget).

@@ -50,6 +50,16 @@ class Stage {
   Stopwatch watch_;
 };
 
+// One word of a shell's command line.
+std::string shell_quoted(const std::string& text) {
+  const std::string plain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+=:,@%";
+  if (!text.empty() && text.find_first_not_of(plain) == std::string::npos) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + "'";
+}
+
 std::string run_id(const Cell& cell, int block) {
   return hash_id(
       {"run", cell.id, std::to_string(block), std::to_string(cell.spp), cell.srl.text()});
@@ -75,7 +85,7 @@ Experiment::Experiment(ExperimentConfig config, RunOptions options)
   {
     const Stage stage(stages_, "scenes and shading points");
     for (const SceneConfig& scene : config_.scenes)
-      scenes_.push_back(load_scene(scene, config_.tile));
+      scenes_.push_back(load_scene(scene, config_.tile, config_.quantity));
   }
   cells_ = expand_cells(config_, scenes_);
   if (!options_.only.empty()) {
@@ -142,11 +152,11 @@ void Experiment::provide_plan() {
     // A plan covers all cells of the config, so that --only can change between calls.
     std::vector<Cell> all = expand_cells(config_, scenes_);
     if (config_.budget) {
-      write_plan(file, all, run_pilots(config_, scenes_, all));
+      write_plan(file, scenes_, all, run_pilots(config_, scenes_, all));
     } else {
       std::vector<PlannedCell> plan;
       for (const Cell& cell : all) plan.push_back({cell.id, cell.spp, cell.srl, 0.0, 0.0, 0.0});
-      write_plan(file, all, plan);
+      write_plan(file, scenes_, all, plan);
     }
   }
   apply_plan(read_plan(file), cells_);
@@ -243,6 +253,7 @@ RunRow Experiment::measure(const Cell& cell, int block, int order) {
   row.time_prepare_s = result.time_prepare_s;
   if (result.instructions > 0) row.instructions = result.instructions;
   row.nonfinite = result.bad_count;
+  row.image_hash = result.radiance_hash();
   if (result.bad_count > 0 || result.counters.uncovered > 0) {
     row.status = RunStatus::Failed;
     row.failure = result.bad_count > 0
@@ -272,9 +283,10 @@ void Experiment::write_events(const RunRow& row, const Cell& cell, const RenderR
   for (const BadEstimate& bad : result.bad) {
     const std::string line = fmt::format(
         "{} {}/{}: pixel {},{} estimate {}: ({}, {}, {}); replay: penumbra replay {} --row {} "
-        "--pixel {},{}",
+        "--pixel {},{} --estimate {}",
         row.run_id, row.scene, cell.label, bad.x, bad.y, bad.estimate, bad.value.x, bad.value.y,
-        bad.value.z, options_.out.string(), row.run_id, bad.x, bad.y);
+        bad.value.z, shell_quoted(std::filesystem::absolute(options_.out).string()), row.run_id,
+        bad.x, bad.y, bad.estimate);
     stream << line << '\n';
     warn(line);
   }
@@ -286,7 +298,11 @@ TableOptions Experiment::table_options() const {
   options.tuned_baseline = config_.tuned_baseline;
   options.relmse_epsilon = config_.relmse_epsilon;
   for (const SceneConfig& scene : config_.scenes) options.scenes.push_back(scene.name);
-  for (const MethodConfig& method : config_.methods) options.labels.push_back(method.label);
+  for (const MethodConfig& method : config_.methods) {
+    options.labels.push_back(method.label);
+    if (!method.published.empty()) options.published[method.label] = method.published;
+  }
+  options.published_source = config_.published_source;
   return options;
 }
 

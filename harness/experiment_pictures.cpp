@@ -1,35 +1,15 @@
 #include <fmt/format.h>
 
 #include "harness/experiment.h"
+#include "harness/image_file.h"
 #include "harness/map_strips.h"
 #include "harness/picture.h"
 #include "harness/progress.h"
 #include "harness/render.h"
 
 namespace penumbra {
-namespace {
-
-// A name that is safe as part of a file's name.
-std::string slug(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-    if (plain || c == '.' || c == '_') {
-      result += c;
-    } else if (!result.empty() && result.back() != '-') {
-      result += '-';
-    }
-  }
-  while (!result.empty() && result.back() == '-') result.pop_back();
-  return result;
-}
-
-}  // namespace
-
 std::filesystem::path Experiment::image_file(const Cell& cell, const std::string& suffix) const {
-  return options_.out / "images" /
-         fmt::format("{}-{}-{}-{}{}", slug(config_.scenes[cell.scene].name), slug(cell.label),
-                     to_string(cell.sampler), cell.id.substr(0, 6), suffix);
+  return penumbra::image_file(options_.out, config_.scenes[cell.scene].name, cell, suffix);
 }
 
 void Experiment::write_pictures() {

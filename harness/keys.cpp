@@ -19,4 +19,9 @@ std::string hash_id(std::initializer_list<std::string_view> texts) {
   return fmt::format("{:016x}", hash_texts(texts));
 }
 
+std::string hash_of_bytes(std::span<const std::byte> bytes) {
+  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+  return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+}
+
 }  // namespace penumbra

@@ -35,6 +35,7 @@ struct Options {
   RunCommandOptions run;
   RenderOptions render;
   InspectOptions inspect;
+  ReplayOptions replay;
 };
 
 void add_list(CLI::App& app, Options& o) {
@@ -78,6 +79,7 @@ void add_render(CLI::App& app, Options& o) {
       ->capture_default_str();
   c->add_option("--sampler", o.render.sampler, "independent, stratified or sobol")
       ->capture_default_str();
+  c->add_option("--quantity", o.render.quantity, "radiance or irradiance")->capture_default_str();
   c->add_option("--set", o.render.params, "name=value of an estimator's parameter; repeatable")
       ->take_all()
       ->allow_extra_args(false);
@@ -96,6 +98,19 @@ void add_inspect(CLI::App& app, Options& o) {
   c->add_flag("--json", o.inspect.json, "For machines");
 }
 
+void add_replay(CLI::App& app, Options& o) {
+  CLI::App* c = app.add_subcommand(
+      "replay", "Runs one pixel of a measured row again and prints every sample of it");
+  c->add_option("DIR", o.replay.folder, "Folder of a run's results")->required();
+  c->add_option("--row", o.replay.row, "run_id of measurements.csv, or the beginning of one")
+      ->required();
+  c->add_option("--pixel", o.replay.pixel, "X,Y, from 0,0 at the upper left")->required();
+  c->add_option("--estimate", o.replay.estimate, "Only this estimate of the pixel");
+  c->add_flag("--json", o.replay.json, "For machines, with every digit");
+  c->add_flag("--verify", o.replay.verify, "Also renders the whole row and compares all bits");
+  c->add_option("--threads", o.replay.threads, "Of --verify; 0: all cores")->capture_default_str();
+}
+
 int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("list")) return list_command(o.list);
   if (app.got_subcommand("validate")) return validate_command(o.validate);
@@ -103,6 +118,7 @@ int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("reference")) return reference_command(o.reference);
   if (app.got_subcommand("run")) return run_command(o.run);
   if (app.got_subcommand("render")) return render_command(o.render);
+  if (app.got_subcommand("replay")) return replay_command(o.replay);
   return inspect_command(o.inspect);
 }
 
@@ -117,6 +133,7 @@ int run_main(int argc, char** argv) {
   add_config_commands(app, options);
   add_render(app, options);
   add_inspect(app, options);
+  add_replay(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -63,10 +64,25 @@ std::vector<PlannedCell> run_pilots(const ExperimentConfig& config,
                                     const std::vector<LoadedScene>& scenes,
                                     const std::vector<Cell>& cells);
 
-/// Writes plan.lock.json, whole or not at all.
-void write_plan(const std::filesystem::path& file, const std::vector<Cell>& cells,
-                const std::vector<PlannedCell>& plan);
+/// The content of plan.lock.json.
+struct PlanFile {
+  std::string machine;              ///< that the pilots ran on
+  std::optional<int> core_version;  ///< kCoreVersion of the plan's build; files of older versions
+                                    ///< lack it, and the hashes
+  std::map<std::string, std::string> scene_hashes;  ///< Scene::content_hash by scene name
+  std::vector<PlannedCell> cells;
+};
 
+/// Writes plan.lock.json, whole or not at all.
+/// @param cells  the plan's, in its order
+void write_plan(const std::filesystem::path& file, const std::vector<LoadedScene>& scenes,
+                const std::vector<Cell>& cells, const std::vector<PlannedCell>& plan);
+
+/// Reads plan.lock.json, of any machine.
+/// @throws InputError when it can not be read
+PlanFile read_plan_file(const std::filesystem::path& file);
+
+/// The planned cells of a file, to measure more of them.
 /// @throws ReferenceError when the file was made on another machine: a calibration is not portable
 /// @throws InputError when it can not be read
 std::vector<PlannedCell> read_plan(const std::filesystem::path& file);

@@ -16,7 +16,6 @@
 namespace penumbra {
 namespace {
 
-constexpr std::string_view kQuantity = "radiance";
 constexpr double kSaveInterval_s = 60.0;
 
 // Running sums of one half, in double; the file keeps their means in float.
@@ -133,7 +132,7 @@ class ReferenceJob {
               {{"reference_id", id_},
                {"scene", scene_.scene->name()},
                {"scene_hash", scene_.scene->content_hash()},
-               {"quantity", std::string(kQuantity)},
+               {"quantity", std::string(to_string(scene_.points.quantity))},
                {"camera_samples", std::to_string(scene_.points.camera_samples)},
                {"spp", std::to_string(spp())},
                {"estimator", lineage_.back().at("estimator").get<std::string>()},
@@ -177,7 +176,7 @@ ExrFile read_checked(const std::filesystem::path& file, const std::string& id) {
 }  // namespace
 
 std::string reference_id(const LoadedScene& scene) {
-  return hash_id({"reference", scene.scene->content_hash(), kQuantity,
+  return hash_id({"reference", scene.scene->content_hash(), to_string(scene.points.quantity),
                   std::to_string(scene.points.width), std::to_string(scene.points.height),
                   std::to_string(scene.points.camera_samples), std::to_string(kCameraSeed),
                   std::to_string(kCoreVersion)});

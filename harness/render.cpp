@@ -4,24 +4,18 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <thread>
 
 #include "harness/clocks.h"
+#include "harness/keys.h"
+#include "harness/tile.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
 namespace {
 
 constexpr std::size_t kMaxListed = 100;
-
-bool is_bad(const Rgb& c) noexcept {
-  for (int i = 0; i < 3; ++i) {
-    if (!std::isfinite(c[i]) || c[i] < 0.0f) return true;
-  }
-  return false;
-}
 
 // An estimator with the buffers of one tile; one per thread slot.
 struct Worker {
@@ -95,15 +89,7 @@ class Job {
   }
 
   void one_tile(const TileRect& rect, Worker& worker) {
-    Tile tile;
-    tile.x0 = rect.x0;
-    tile.y0 = rect.y0;
-    tile.width = rect.width;
-    tile.height = rect.height;
-    tile.image_width = points_.width;
-    tile.camera_samples = points_.camera_samples;
-    tile.spp = settings_.spp;
-    tile.points = points_.of(rect);
+    const Tile tile = make_tile(points_, rect, settings_.spp);
     TileOutput out;
     out.radiance = std::span(worker.radiance).first(tile.estimate_count());
     out.maps = std::span(worker.maps).first(tile.estimate_count() * result_.map_infos.size());
@@ -112,21 +98,15 @@ class Job {
     for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) store_pixel(tile, pixel, out, worker);
   }
 
-  // Mean over camera samples of the means of their estimates.
   void store_pixel(const Tile& tile, int pixel, const TileOutput& out, Worker& worker) {
-    const auto spp = static_cast<std::size_t>(tile.spp);
-    const std::size_t first = static_cast<std::size_t>(pixel) * spp;
-    const std::size_t place = tile.pixel_index(pixel);
-    const int samples = tile.camera_samples;
-    Vec3d sum(0.0);
-    for (int e = 0; e < tile.spp; ++e) {
-      const Rgb& value = out.radiance[first + static_cast<std::size_t>(e)];
-      const int repeats = (tile.spp - 1 - e % samples) / samples + 1;
-      sum += Vec3d(value) / static_cast<double>(repeats);
-      if (is_bad(value)) note_bad(tile, pixel, e, value, worker);
+    const std::span<const Rgb> estimates = estimates_of(tile, pixel, out.radiance);
+    for (std::size_t e = 0; e < estimates.size(); ++e) {
+      if (is_bad(estimates[e])) note_bad(tile, pixel, static_cast<int>(e), estimates[e], worker);
     }
-    result_.radiance[place] = sum / static_cast<double>(samples);
+    const std::size_t place = tile.pixel_index(pixel);
+    result_.radiance[place] = pixel_mean(tile, estimates);
 
+    const std::size_t first = static_cast<std::size_t>(pixel) * estimates.size();
     const std::size_t maps = result_.map_infos.size();
     for (std::size_t m = 0; m < maps; ++m) {
       double total = 0.0;
@@ -170,8 +150,12 @@ class Job {
 
 Image RenderResult::image() const {
   Image result = make_image(width, height);
-  for (std::size_t i = 0; i < radiance.size(); ++i) result.pixels[i] = Rgb(Imath::V3f(radiance[i]));
+  for (std::size_t i = 0; i < radiance.size(); ++i) result.pixels[i] = stored_pixel(radiance[i]);
   return result;
+}
+
+std::string RenderResult::radiance_hash() const {
+  return hash_of_bytes(std::as_bytes(std::span(radiance)));
 }
 
 RenderResult render(const Scene& scene, const ShadingPoints& points,
@@ -186,6 +170,7 @@ RenderResult render(const Scene& scene, const ShadingPoints& points,
 std::vector<Vec3d> seen_emission(const Scene& scene, const ShadingPoints& points) {
   std::vector<Vec3d> emission(
       static_cast<std::size_t>(points.width) * static_cast<std::size_t>(points.height), Vec3d(0.0));
+  if (points.quantity == Quantity::Irradiance) return emission;
   const auto samples = static_cast<std::size_t>(points.camera_samples);
   for (const TileRect& tile : points.tiles) {
     const std::span<const ShadingPoint> list = points.of(tile);
@@ -204,7 +189,7 @@ std::vector<Vec3d> seen_emission(const Scene& scene, const ShadingPoints& points
 Image add_images(int width, int height, const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
   Image result = make_image(width, height);
   for (std::size_t i = 0; i < result.pixels.size(); ++i) {
-    result.pixels[i] = Rgb(Imath::V3f(a[i] + b[i]));
+    result.pixels[i] = stored_pixel(a[i] + b[i]);
   }
   return result;
 }

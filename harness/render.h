@@ -29,7 +29,8 @@ struct BadEstimate {
 
 struct RenderResult {
   int width{0}, height{0};
-  std::vector<Vec3d> radiance;  ///< [y][x], mean reflected radiance, own emission excluded
+  std::vector<Vec3d> radiance;  ///< [y][x], mean reflected radiance, own emission excluded; or
+                                ///< irradiance, as the shading points are made for
   std::vector<MapInfo> map_infos;
   std::vector<ScalarImage> maps;  ///< means over the estimates of valid points
   EstimateCounters counters;
@@ -41,6 +42,8 @@ struct RenderResult {
   std::vector<BadEstimate> bad;   ///< the first of them in image order, at most 100
 
   Image image() const;  ///< radiance as float
+  /// Hash of all bits of `radiance`, 32 hexadecimal digits.
+  std::string radiance_hash() const;
 };
 
 /// Runs the estimator on `settings.threads` threads. A pixel is the mean over its camera samples of
@@ -51,7 +54,7 @@ RenderResult render(const Scene& scene, const ShadingPoints& points,
                     const RenderSettings& settings);
 
 /// Emission of the lights that the camera sees directly, as a mean over camera samples; added to
-/// pictures only.
+/// pictures only. Black where the points are of irradiance.
 std::vector<Vec3d> seen_emission(const Scene& scene, const ShadingPoints& points);
 
 /// Sum of two arrays as a float image.

@@ -52,6 +52,7 @@ struct Column {
   std::string_view name;
   std::string (*text)(const Row&);
   bool (*parse)(std::string_view, Row&);
+  bool required{true};  // otherwise absent from files of older versions
 };
 
 template <class Row, class T>
@@ -61,6 +62,13 @@ template <auto member, class Row = decltype(row_of(member))>
 constexpr Column<Row> column(std::string_view name) {
   return {name, [](const Row& row) { return text_of(row.*member); },
           [](std::string_view text, Row& row) { return parse(text, row.*member); }};
+}
+
+template <auto member, class Row = decltype(row_of(member))>
+constexpr Column<Row> later_column(std::string_view name) {
+  Column<Row> result = column<member>(name);
+  result.required = false;
+  return result;
 }
 
 // The column whose name is its member's.
@@ -78,7 +86,8 @@ constexpr std::array kRunColumns{
     PN_RUN(mape), PN_RUN(mean_error), PN_RUN(p_eff), PN_RUN(reference_id), PN_RUN(reference_share),
     PN_RUN(nonfinite), PN_RUN(status),
     PN_RUN(cell), PN_RUN(params), PN_RUN(camera_samples), PN_RUN(samples), PN_RUN(order),
-    PN_RUN(failure), PN_RUN(reference_mean), PN_RUN(reference_mean_se), PN_RUN(reference_floor)};
+    PN_RUN(failure), PN_RUN(reference_mean), PN_RUN(reference_mean_se), PN_RUN(reference_floor),
+    later_column<&RunRow::image_hash>("image_hash")};
 
 constexpr std::array kEfficiencyColumns{
     PN_EFF(scene), PN_EFF(label), PN_EFF(estimator), PN_EFF(spp), PN_EFF(srl), PN_EFF(population),
@@ -90,7 +99,7 @@ constexpr std::array kEfficiencyColumns{
     PN_EFF(err_hi), PN_EFF(relmse), PN_EFF(p_eff), PN_EFF(reference_share), PN_EFF(ratio_tuned),
     PN_EFF(ratio_tuned_lo), PN_EFF(ratio_tuned_hi),
     column<&EfficiencyRow::time_cpu_s>("T_cpu_s"), PN_EFF(srl_initial), PN_EFF(srl_adaptive),
-    PN_EFF(note)};
+    PN_EFF(note), later_column<&EfficiencyRow::ratio_published>("ratio_published")};
 // clang-format on
 
 #undef PN_RUN
@@ -110,18 +119,19 @@ CsvRecord record_of(const Columns& columns, const Row& row) {
   return record;
 }
 
-/// @return place of each column in the file. @throws InputError listing missing and unknown ones
+/// @return place of each column in the file, none for one that older versions did not write
+/// @throws InputError listing missing and unknown ones
 template <class Columns>
-std::vector<std::size_t> places_of(const Columns& columns, const CsvTable& table,
-                                   const std::filesystem::path& file) {
+std::vector<std::optional<std::size_t>> places_of(const Columns& columns, const CsvTable& table,
+                                                  const std::filesystem::path& file) {
   std::set<std::string_view> unknown(table.header.begin(), table.header.end());
   std::vector<std::string_view> missing;
-  std::vector<std::size_t> places;
+  std::vector<std::optional<std::size_t>> places;
   for (const auto& c : columns) {
     unknown.erase(c.name);
     const std::optional<std::size_t> place = table.column(c.name);
-    if (!place) missing.push_back(c.name);
-    places.push_back(place.value_or(0));
+    if (!place && c.required) missing.push_back(c.name);
+    places.push_back(place);
   }
   if (missing.empty() && unknown.empty()) return places;
   throw InputError(fmt::format("{}:1: missing columns: \"{}\"; unknown columns: \"{}\"",
@@ -133,11 +143,12 @@ std::vector<Row> rows_of(const Columns& columns, const CsvTable& table,
                          const std::filesystem::path& file) {
   std::vector<Row> rows;
   if (table.header.empty()) return rows;
-  const std::vector<std::size_t> places = places_of(columns, table, file);
+  const std::vector<std::optional<std::size_t>> places = places_of(columns, table, file);
   for (const CsvRecord& record : table.rows) {
     Row& row = rows.emplace_back();
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      const std::string& text = record[places[i]];
+      if (!places[i]) continue;
+      const std::string& text = record[*places[i]];
       if (columns[i].parse(text, row)) continue;
       throw InputError(fmt::format("{}: row {}: column {}: \"{}\" is not a value of it",
                                    file.string(), rows.size(), columns[i].name, text));

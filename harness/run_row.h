@@ -58,9 +58,11 @@ struct RunRow {
   std::uint64_t samples{0};                 ///< drawn, of which `rays` were traced
   int order{0};                             ///< position in the block
   std::string failure;                      ///< why the status is failed
-  std::optional<double> reference_mean;     ///< [W/(m^2 sr)]
+  std::optional<double> reference_mean;     ///< in the unit of the quantity
   std::optional<double> reference_mean_se;  ///< its standard error
   std::optional<double> reference_floor;    ///< u_ref, in the unit of mse
+  std::string image_hash;  ///< of all bits of the image in double precision, of failed runs too;
+                           ///< empty in files of versions that did not write it
 
   friend bool operator==(const RunRow&, const RunRow&) = default;
 };
@@ -120,7 +122,9 @@ struct EfficiencyRow {
   std::optional<double> time_cpu_s;  ///< column T_cpu_s
   int srl_initial{0};
   int srl_adaptive{0};
-  std::string note;  ///< why a number is missing, in words
+  std::string note;                       ///< why a number is missing, in words
+  std::optional<double> ratio_published;  ///< of published efficiencies; empty where either is
+                                          ///< missing
 
   friend bool operator==(const EfficiencyRow&, const EfficiencyRow&) = default;
 };
@@ -140,7 +144,8 @@ struct RunRows {
   bool torn_tail{false};  ///< an incomplete last line was left out
 };
 
-/// Reads measurements.csv; columns are found by name.
+/// Reads measurements.csv; columns are found by name. Columns that older versions did not write may
+/// be missing and are then empty.
 /// @throws InputError as read_csv, and naming file, row and column of a value that cannot be read,
 /// or the columns
 ///         that are missing or unknown

@@ -4,20 +4,33 @@
 #include "scenes/core/scene_file.h"
 
 namespace penumbra {
+namespace {
 
-std::unique_ptr<Scene> load_scene(const std::filesystem::path& file,
+SceneDescription load_description(const std::filesystem::path& file,
                                   const std::optional<std::array<int, 2>>& resolution) {
   SceneDescription description = load_scene_description(file);
   for (const std::string& warning : description.warnings) warn(file.string() + ": " + warning);
   if (resolution) description.camera.resolution = *resolution;
-  return std::make_unique<Scene>(description);
+  return description;
 }
 
-LoadedScene load_scene(const SceneConfig& config, int tile) {
+}  // namespace
+
+std::unique_ptr<Scene> load_scene(const std::filesystem::path& file,
+                                  const std::optional<std::array<int, 2>>& resolution) {
+  return std::make_unique<Scene>(load_description(file, resolution));
+}
+
+LoadedScene load_scene(const SceneConfig& config, int tile, Quantity quantity) {
+  const SceneDescription description = load_description(config.file, config.resolution);
   LoadedScene loaded;
   loaded.config = &config;
-  loaded.scene = load_scene(config.file, config.resolution);
-  loaded.points = make_shading_points(*loaded.scene, config.camera_samples, kCameraSeed, tile);
+  loaded.scene = std::make_unique<Scene>(description);
+  for (const MaterialDescription& material : description.materials) {
+    loaded.material_names.push_back(material.name);
+  }
+  loaded.points =
+      make_shading_points(*loaded.scene, config.camera_samples, kCameraSeed, tile, quantity);
   return loaded;
 }
 

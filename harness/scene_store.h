@@ -16,6 +16,8 @@ inline constexpr std::uint64_t kCameraSeed = 0x70656e756d627261;
 struct LoadedScene {
   const SceneConfig* config{nullptr};
   std::unique_ptr<Scene> scene;
+  std::vector<std::string> material_names;  ///< [ShadingPoint::material]; the material of
+                                            ///< irradiance is not among them
   ShadingPoints points;
 };
 
@@ -24,6 +26,7 @@ std::unique_ptr<Scene> load_scene(const std::filesystem::path& file,
                                   const std::optional<std::array<int, 2>>& resolution);
 
 /// Loads one scene of an experiment and makes its shading points.
-LoadedScene load_scene(const SceneConfig& config, int tile);
+/// @param tile  side of a tile [pixels]
+LoadedScene load_scene(const SceneConfig& config, int tile, Quantity quantity);
 
 }  // namespace penumbra

@@ -16,6 +16,7 @@ constexpr double kShareWarning = 0.05;
 constexpr double kPixelWarning = 200;
 constexpr std::size_t kTerminalWidth = 119;
 constexpr std::size_t kShortestName = 6;
+constexpr std::string_view kPublishedTitle = "published ratio";
 
 using Grid = std::vector<std::vector<std::string>>;  // [line][column], line 0 the titles
 
@@ -64,6 +65,11 @@ bool noisy_reference(const EfficiencyRow& row) {
 
 bool few_pixels(const EfficiencyRow& row) {
   return row.p_eff.has_value() && *row.p_eff < kPixelWarning;
+}
+
+bool has_published(std::span<const EfficiencyRow> rows) {
+  return std::any_of(rows.begin(), rows.end(),
+                     [](const EfficiencyRow& row) { return row.ratio_published.has_value(); });
 }
 
 std::string error_text(const EfficiencyRow& row) {
@@ -150,6 +156,9 @@ std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows,
   if (std::any_of(rows.begin(), rows.end(), few_pixels)) {
     notes.push_back("p: fewer than 200 effective pixels decide this MSE; trust relMSE.");
   }
+  if (!options.published_source.empty() && has_published(rows)) {
+    notes.push_back("Published ratio: " + options.published_source);
+  }
   for (const EfficiencyRow& row : rows) {
     if (row.note.empty()) continue;
     notes.push_back(fmt::format("{}, {} ({}, SRL {}): {}.", row.scene, label_text(row, rows),
@@ -178,7 +187,7 @@ struct ShownColumn {
 };
 
 // clang-format off
-constexpr std::array<ShownColumn, 17> kShownColumns{{
+constexpr std::array<ShownColumn, 18> kShownColumns{{
     {"Scene", true, true, [](const auto& r, const auto&) { return r.scene; }},
     {"Label", true, true, [](const auto& r, const auto& c) { return label_text(r, c.rows); }},
     {"Sampler", true, true, [](const auto& r, const auto&) { return r.sampler; }},
@@ -193,6 +202,8 @@ constexpr std::array<ShownColumn, 17> kShownColumns{{
     {"Eff", false, true, [](const auto& r, const auto& c) { return eff_text(r, c.options); }},
     {"Ratio", false, true, [](const auto& r, const auto&) {
        return interval(r.ratio, r.ratio_lo, r.ratio_hi); }},
+    {kPublishedTitle, false, true, [](const auto& r, const auto&) {
+       return interval(r.ratio_published, {}, {}); }},
     {"Ratio to tuned", false, false, [](const auto& r, const auto&) {
        return interval(r.ratio_tuned, r.ratio_tuned_lo, r.ratio_tuned_hi); }},
     {"Bias", false, false, [](const auto& r, const auto&) { return percent(r.bias_rel); }},
@@ -200,6 +211,17 @@ constexpr std::array<ShownColumn, 17> kShownColumns{{
     {"Verdict", true, true, [](const auto& r, const auto&) { return shown_verdict(r.verdict); }},
 }};
 // clang-format on
+
+/// The columns that are shown: that of published ratios only where there are any.
+std::vector<ShownColumn> columns_of(const TableContext& context, bool terminal) {
+  std::vector<ShownColumn> columns;
+  for (const ShownColumn& c : kShownColumns) {
+    if (terminal && !c.in_terminal) continue;
+    if (c.title == kPublishedTitle && !has_published(context.rows)) continue;
+    columns.push_back(c);
+  }
+  return columns;
+}
 
 Grid grid_of(const TableContext& context, const std::vector<ShownColumn>& columns) {
   Grid grid(1);
@@ -225,7 +247,14 @@ void fit_names(std::vector<std::size_t>& widths, const std::vector<ShownColumn>&
   }
 }
 
-/// Breaks at blanks, or inside a word that is too long for a line.
+std::string without_line_ends(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  return text;
+}
+
+}  // namespace
+
 std::string wrapped(const std::string& text, std::size_t width) {
   std::string result;
   std::size_t start = 0;
@@ -238,14 +267,6 @@ std::string wrapped(const std::string& text, std::size_t width) {
   return result + text.substr(start) + "\n";
 }
 
-std::string without_line_ends(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
-}
-
-}  // namespace
-
 std::string to_csv(std::span<const EfficiencyRow> rows) {
   std::string text = csv_line(efficiency_columns());
   for (const EfficiencyRow& row : rows) text += csv_line(efficiency_record(row));
@@ -254,7 +275,7 @@ std::string to_csv(std::span<const EfficiencyRow> rows) {
 
 std::string to_markdown(std::span<const EfficiencyRow> rows, const TableOptions& options) {
   const TableContext context{rows, options};
-  const std::vector<ShownColumn> columns(kShownColumns.begin(), kShownColumns.end());
+  const std::vector<ShownColumn> columns = columns_of(context, false);
   Grid grid = grid_of(context, columns);
   for (auto& line : grid) {
     for (std::string& field : line) field = escaped(without_line_ends(field));
@@ -284,10 +305,7 @@ std::string to_markdown(std::span<const EfficiencyRow> rows, const TableOptions&
 
 std::string to_terminal(std::span<const EfficiencyRow> rows, const TableOptions& options) {
   const TableContext context{rows, options};
-  std::vector<ShownColumn> columns;
-  for (const ShownColumn& c : kShownColumns) {
-    if (c.in_terminal) columns.push_back(c);
-  }
+  const std::vector<ShownColumn> columns = columns_of(context, true);
   const Grid grid = grid_of(context, columns);
   std::vector<std::size_t> widths = widths_of(grid);
   fit_names(widths, columns);

@@ -25,7 +25,7 @@
 #include <memory>
 
 #include "estimators/mis/mis.h"
-#include "estimators/mixture/mixture.h"
+#include "estimators/mixture/estimates.h"
 
 namespace penumbra::mis {
 namespace {
@@ -41,7 +41,8 @@ class Mis final : public Estimator {
         heuristic_(params.text("heuristic") == "power2" ? Heuristic::Power2 : Heuristic::Balance),
         mixture_(scene, light_sampling_of(params), false, most_samples(scene, budget)),
         counts_(scene.lights().size() + 2),
-        coefficients_(scene.lights().size() + 2) {}
+        coefficients_(scene.lights().size() + 2),
+        density_(most_samples(scene, budget) + kLaneGroup) {}
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {
     estimate_tile(
@@ -73,7 +74,7 @@ class Mis final : public Estimator {
     for (std::size_t k = 0; k < m; ++k) coefficients_[k] = static_cast<double>(counts_[k]) / n;
     mixture_.draw(budget_.sampler, key, std::span(counts_).first(m));
     const RgbSum sum = heuristic_ == Heuristic::Balance
-                           ? balance_sum(mixture_, 0, std::span(coefficients_).first(m))
+                           ? balance_sum(mixture_, std::span(coefficients_).first(m), density_)
                            : power2_sum(std::span(coefficients_).first(m));
     mixture_.scale_recorded_weights(0, mixture_.size(), 1.0 / n);
     return sum / static_cast<double>(n);
@@ -85,14 +86,14 @@ class Mis final : public Estimator {
     RgbSum sum(0.0);
     for (std::size_t i = 0; i < mixture_.size(); ++i) {
       if (is_black(mixture_.f(i))) continue;
-      const std::span<const float> pdfs = mixture_.pdfs(i);
       double squares = 0.0;
-      for (std::size_t k = 0; k < pdfs.size(); ++k) {
-        const double density = coefficients[k] * static_cast<double>(pdfs[k]);
+      for (int k = 0; k < mixture_.components(); ++k) {
+        const double density =
+            coefficients[static_cast<std::size_t>(k)] * static_cast<double>(mixture_.pdf_w(i, k));
         squares += density * density;
       }
       const auto own = static_cast<std::size_t>(mixture_.component(i));
-      const double density = coefficients[own] * static_cast<double>(pdfs[own]);
+      const double density = coefficients[own] * static_cast<double>(mixture_.own_pdf(i));
       if (!(squares > 0.0)) {
         ++mixture_.counters().uncovered;
         continue;
@@ -109,6 +110,7 @@ class Mis final : public Estimator {
   Mixture mixture_;
   std::vector<int> counts_;
   std::vector<double> coefficients_;
+  std::vector<double> density_;  // [sample], of the mixture
 };
 
 std::span<const ParamSpec> params() {

@@ -69,7 +69,8 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
       f_(max_samples),
       component_(max_samples),
       own_pdf_(max_samples),
-      pdfs_(densities == Densities::All ? max_samples * max_components_ : 0),
+      stride_(max_samples + kLaneGroup),
+      pdfs_(densities == Densities::All ? stride_ * max_components_ : 0),
       rays_(max_samples),
       delta_batch_(static_cast<std::size_t>(
           std::count_if(scene.lights().begin(), scene.lights().end(),
@@ -294,14 +295,14 @@ void Mixture::keep_block() noexcept {
     const int component = drawn_.component[lane];
     const float own = component == bsdf_component() ? drawn_.bsdf_pdf[i] : drawn_.own_pdf[lane];
     if (densities_ == Densities::All) {
-      float* pdfs = &pdfs_[size_ * max_components_];
-      for (std::size_t k = 0; k < lights; ++k) pdfs[k] = light_pdfs_[k][lane];
-      pdfs[lights] = drawn_.bsdf_pdf[i];
-      pdfs[lights + 1] = component == cone_component() ? own : cone_.pdf_w(wi);
+      float* pdf = &pdfs_[size_];
+      for (std::size_t k = 0; k < lights; ++k) pdf[k * stride_] = light_pdfs_[k][lane];
+      pdf[lights * stride_] = drawn_.bsdf_pdf[i];
+      pdf[(lights + 1) * stride_] = component == cone_component() ? own : cone_.pdf_w(wi);
     }
     own_pdf_[size_] = own;
     component_[size_] = component;
-    wi_[size_] = wi;
+    wi_.set(size_, wi);
     f_[size_] = f_cos;
     if (record_ != nullptr) record_index_[size_] = record_lane_[lane];
     rays_.add(point_.position, wi);
@@ -332,45 +333,17 @@ void Mixture::trace(std::size_t first) noexcept {
   }
 }
 
-RgbSum balance_sum(Mixture& mixture, std::size_t first,
-                   std::span<const double> coefficients) noexcept {
-  RgbSum sum(0.0);
-  for (std::size_t i = first; i < mixture.size(); ++i) {
-    if (is_black(mixture.f(i))) continue;
-    const double k = mixture_pdf_w(mixture.pdfs(i), coefficients);
-    if (!(k > 0.0)) {
-      ++mixture.counters().uncovered;
-      continue;
-    }
-    mixture.record_weight(i, 1.0 / k);
-    sum += widen(mixture.f(i)) * (1.0 / k);
+void Mixture::mixture_pdfs_w(std::size_t first, std::span<const double> coefficients,
+                             std::span<double> density) const noexcept {
+  const std::size_t lanes = whole_groups(size_ - first);
+  double* __restrict sum = density.data();
+  for (std::size_t i = 0; i < lanes; ++i) sum[i] = 0.0;
+  for (std::size_t k = 0; k < coefficients.size(); ++k) {
+    const double c = coefficients[k];
+    if (c == 0.0) continue;
+    const float* pdf = &pdfs_[k * stride_ + first];
+    for (std::size_t i = 0; i < lanes; ++i) sum[i] += c * static_cast<double>(pdf[i]);
   }
-  return sum;
-}
-
-int shared_mis_counts(int srl, int active_lights, int light_components,
-                      std::span<int> counts) noexcept {
-  const int per_light = (srl + 1) / 2;
-  const int lights_total = per_light * active_lights;
-  for (int k = 0; k < light_components; ++k) {
-    counts[static_cast<std::size_t>(k)] = lights_total / light_components;
-  }
-  const int bsdf = (srl / 2) * active_lights;
-  counts[static_cast<std::size_t>(light_components)] = bsdf;
-  counts[static_cast<std::size_t>(light_components) + 1] = 0;
-  return lights_total + bsdf;
-}
-
-ParamSpec light_sampling_param() {
-  return {.name = "light_sampling",
-          .default_value = std::string("area"),
-          .doc = "density of the light samples: uniform over the area or over the solid angle",
-          .choices = {"area", "solid_angle"}};
-}
-
-LightSampling light_sampling_of(const ParamSet& params) {
-  return params.text("light_sampling") == "solid_angle" ? LightSampling::SolidAngle
-                                                        : LightSampling::Area;
 }
 
 }  // namespace penumbra

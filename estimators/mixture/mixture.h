@@ -59,6 +59,8 @@ class Mixture {
   /// @param record  filled with all that is drawn at this point, unless nullptr
   void set_up(const ShadingPoint& point, EstimateRecord* record = nullptr) noexcept;
 
+  const ShadingPoint& point() const noexcept { return point_; }
+
   /// Reflected light of the delta lights at the point [W/(m^2 sr)], exact, with one ray for each
   /// that is above the horizon.
   Rgb delta_radiance() noexcept;
@@ -91,18 +93,25 @@ class Mixture {
 
   void clear_samples() noexcept { size_ = 0; }
   std::size_t size() const noexcept { return size_; }
-  const Vec3& wi(std::size_t i) const noexcept { return wi_[i]; }
+  Vec3 wi(std::size_t i) const noexcept { return wi_[i]; }
+  /// Directions of all samples, with room for a whole group of lanes behind the last.
+  const VectorArray& directions() const noexcept { return wi_; }
   /// Integrand: arriving radiance x BSDF x cosine.
   const Rgb& f(std::size_t i) const noexcept { return f_[i]; }
   int component(std::size_t i) const noexcept { return component_[i]; }
   /// Density of the component that drew sample i [1/sr].
   float own_pdf(std::size_t i) const noexcept { return own_pdf_[i]; }
-  /// Density of every component in the direction of sample i [1/sr]; its own is the one it was
-  /// drawn with. Only with Densities::All.
-  std::span<const float> pdfs(std::size_t i) const noexcept {
-    const auto m = static_cast<std::size_t>(components());
-    return {&pdfs_[i * max_components_], m};
+  /// Density of component k in the direction of sample i [1/sr]; its own is the one it was drawn
+  /// with. Only with Densities::All.
+  float pdf_w(std::size_t i, int k) const noexcept {
+    return pdfs_[static_cast<std::size_t>(k) * stride_ + i];
   }
+  /// Density of the mixture with coefficients c_k, K = sum_k c_k h_k, at samples [first, size()).
+  /// @param coefficients  [component]
+  /// @param density       result for each of those samples, with room for a group of lanes more
+  /// [1/sr]
+  void mixture_pdfs_w(std::size_t first, std::span<const double> coefficients,
+                      std::span<double> density) const noexcept;
 
   EstimateCounters& counters() noexcept { return counters_; }
 
@@ -168,11 +177,12 @@ class Mixture {
 
   // The samples, structure of arrays.
   std::size_t size_{0};
-  std::vector<Vec3> wi_;
+  VectorArray wi_;
   std::vector<Rgb> f_;
   std::vector<int> component_;
   std::vector<float> own_pdf_;
-  std::vector<float> pdfs_;  // [sample][max_components_]
+  std::size_t stride_;       // of pdfs_
+  std::vector<float> pdfs_;  // [component][sample]
   RayBatch rays_;
 
   // Delta lights.
@@ -189,66 +199,5 @@ class Mixture {
   std::vector<std::size_t> record_index_;                       // [sample]
   std::array<std::size_t, kBlock + kLaneGroup> record_lane_{};  // [lane of the block at hand]
 };
-
-/// Density of the mixture with coefficients c_k at one sample: K = sum_k c_k h_k [1/sr].
-inline double mixture_pdf_w(std::span<const float> pdfs,
-                            std::span<const double> coefficients) noexcept {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < pdfs.size(); ++k)
-    sum += coefficients[k] * static_cast<double>(pdfs[k]);
-  return sum;
-}
-
-/// Sum over samples [first, mixture.size()) of f/K with K = sum_k (n_k/N) h_k: N times the
-/// balance-heuristic estimate. A sample with f > 0 and K = 0 is counted as uncovered and adds
-/// nothing.
-RgbSum balance_sum(Mixture& mixture, std::size_t first,
-                   std::span<const double> coefficients) noexcept;
-
-/// Samples that one estimate draws at most: the size to make a mixture with.
-inline std::size_t most_samples(const Scene& scene, const Budget& budget) noexcept {
-  return static_cast<std::size_t>(budget.srl()) * std::max<std::size_t>(scene.lights().size(), 1);
-}
-
-/// Counts of the shared MIS layout: half of each light's shadow rays for the light, the other half
-/// pooled for the BSDF; an odd one goes to the light.
-/// @param counts  [component]; filled for light components and BSDF, cone 0
-/// @return the sum of the counts
-int shared_mis_counts(int srl, int active_lights, int light_components,
-                      std::span<int> counts) noexcept;
-
-/// Goes through the estimates of a tile in the order of its output: binds the mixture to each
-/// point, adds the light of delta lights to what `one_point` returns, stores the sum, 0 where the
-/// point is not valid, and adds up the counters.
-/// @param before_point  called with the index of every estimate, also of those that are 0
-/// @param one_point     called with the key of the estimate where there are lights to draw from;
-///                      returns their radiance
-template <typename BeforePoint, typename OnePoint>
-void estimate_tile(Mixture& mixture, const Tile& tile, std::uint64_t seed, TileOutput& out,
-                   BeforePoint before_point, OnePoint one_point) noexcept {
-  mixture.counters() = {};
-  std::size_t i = 0;
-  for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) {
-    for (int s = 0; s < tile.spp; ++s, ++i) {
-      StreamKey key;
-      key.seed = seed;
-      key.pixel = tile.pixel_index(pixel);
-      key.estimate = static_cast<std::uint32_t>(s);
-      const ShadingPoint& point = tile.point(pixel, s);
-      before_point(i);
-      out.radiance[i] = Rgb(0.0f);
-      if (!point.valid()) continue;
-      ++mixture.counters().estimates;
-      mixture.set_up(point, out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr);
-      out.radiance[i] = mixture.delta_radiance();
-      if (mixture.active_lights() > 0) out.radiance[i] += one_point(key);
-    }
-  }
-  out.counters += mixture.counters();
-}
-
-/// The parameter `light_sampling` and its value: how directions towards a light are drawn.
-ParamSpec light_sampling_param();
-LightSampling light_sampling_of(const ParamSet& params);
 
 }  // namespace penumbra

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimators/mixture/estimates.h"
 #include "scenes/core/error.h"
 
 namespace penumbra::pmc_hi {
@@ -22,42 +23,34 @@ std::uint32_t tie_rank(std::uint32_t bits, std::size_t component) noexcept {
   return x ^ (x >> 16);
 }
 
-void largest_remainder(std::span<const double> alpha, int total, std::uint32_t bits,
+void largest_remainder(std::span<const double> alpha, int total, const StreamKey& key,
                        std::span<int> counts) noexcept {
+  constexpr double kTie = 1e-9;
   int assigned = 0;
   for (std::size_t k = 0; k < alpha.size(); ++k) {
-    counts[k] = static_cast<int>(std::floor(total * alpha[k]));
+    counts[k] = static_cast<int>(total * alpha[k]);
     assigned += counts[k];
   }
   // Each remaining sample goes to the component that is owed most; among equals, to the one that a
-  // random ranking puts first, so that every one of them is equally likely.
+  // random ranking puts first, so that every one of them is equally likely. What is owed adds up to
+  // at least 1, so a component of weight 0 is never the one.
+  std::uint32_t bits = 0;
+  bool drawn = false;
   for (; assigned < total; ++assigned) {
     std::size_t best = 0;
-    double most_owed = -1e300;
+    double most_owed = 0.0;
     for (std::size_t k = 0; k < alpha.size(); ++k) {
-      if (alpha[k] <= 0.0) continue;
       const double owed = total * alpha[k] - counts[k];
-      const bool tie = std::abs(owed - most_owed) <= 1e-9;
-      if (tie ? tie_rank(bits, k) > tie_rank(bits, best) : owed > most_owed) {
+      if (owed > most_owed + kTie) {
         most_owed = owed;
         best = k;
+      } else if (owed >= most_owed - kTie && owed > kTie) {
+        if (!drawn) bits = random_bits(key);
+        drawn = true;
+        if (tie_rank(bits, k) > tie_rank(bits, best)) best = k;
       }
     }
     ++counts[best];
-  }
-}
-
-void systematic(std::span<const double> alpha, int total, double offset,
-                std::span<int> counts) noexcept {
-  double cumulative = 0.0;
-  int before = 0;
-  for (std::size_t k = 0; k < alpha.size(); ++k) {
-    cumulative += total * alpha[k];
-    const bool last = k + 1 == alpha.size();
-    const int upto =
-        last ? total : std::min(total, static_cast<int>(std::floor(cumulative + offset)));
-    counts[k] = upto - before;
-    before = upto;
   }
 }
 
@@ -72,6 +65,45 @@ void multinomial(std::span<const double> alpha, int total, const StreamKey& key,
     while (alpha[k] <= 0.0 && k > 0) --k;  // rounding past the last positive weight
     ++counts[k];
   }
+}
+
+// Square of the angle between two unit vectors from the square of their chord: after two halvings
+// of the angle, the series of arcsin^2 needs few terms, everywhere to float rounding. Plain
+// arithmetic, for vector instructions. Source of the series: Abramowitz and Stegun 15.1, theta^2 =
+// 2 sum_n (2 sin(theta/2))^(2n) / (n^2 binomial(2n, n)).
+float squared_angle(float chord2) noexcept {
+  const float half = chord2 / (2.0f + std::sqrt(std::max(4.0f - chord2, 0.0f)));
+  const float quarter = half / (2.0f + std::sqrt(4.0f - half));
+  const float series =
+      1.0f +
+      quarter * (1.0f / 12.0f +
+                 quarter * (1.0f / 90.0f +
+                            quarter * (1.0f / 560.0f +
+                                       quarter * (1.0f / 3150.0f + quarter * (1.0f / 16632.0f)))));
+  return 16.0f * quarter * series;
+}
+
+// Sum of weight x angle^2 to the axis. Blocks of lanes: the angles are worked out for all samples,
+// lit or not.
+double weighted_square_angles(const Mixture& mixture, std::size_t first,
+                              std::span<const double> weights, const Vec3& axis) noexcept {
+  const VectorArray& wi = mixture.directions();
+  double sum = 0.0;
+  for (std::size_t done = 0; done < weights.size(); done += kLaneGroup) {
+    float angle2[kLaneGroup];
+    for (std::size_t lane = 0; lane < kLaneGroup; ++lane) {
+      const std::size_t i = first + done + lane;
+      const float x = wi.x[i] - axis.x;
+      const float y = wi.y[i] - axis.y;
+      const float z = wi.z[i] - axis.z;
+      angle2[lane] = squared_angle(x * x + y * y + z * z);
+    }
+    const std::size_t lanes = std::min(kLaneGroup, weights.size() - done);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      sum += weights[done + lane] * static_cast<double>(angle2[lane]);
+    }
+  }
+  return sum;
 }
 
 double half_angle(BetaRule rule, double resultant, double mean_square_angle) noexcept {
@@ -100,9 +132,9 @@ void round_counts(Rounding rounding, std::span<const double> alpha, int total, S
   key.component = kRoundingComponent;
   switch (rounding) {
     case Rounding::LargestRemainder:
-      return largest_remainder(alpha, total, random_bits(key), counts);
+      return largest_remainder(alpha, total, key, counts);
     case Rounding::Systematic:
-      return systematic(alpha, total, unit(random_bits(key)), counts);
+      return systematic_counts(alpha, total, unit(random_bits(key)), counts);
     case Rounding::Multinomial:
       return multinomial(alpha, total, key, counts);
   }
@@ -131,32 +163,26 @@ Cone fit_cone(const Mixture& mixture, std::size_t first, std::span<const double>
   // Weights relative to the largest: their sums stay in range for radiance of any magnitude.
   double largest = 0.0;
   for (const double weight : weights) largest = std::max(largest, weight);
+  const double scale = 1.0 / largest;
   Vec3d sum(0.0);
   double total = 0.0;
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    const double w = weights[i] / largest;
+    const double w = weights[i] * scale;
     sum += Vec3d(mixture.wi(first + i)) * w;
     total += w;
   }
   const double length = sum.length();
   const double resultant = length / total;
   if (!(resultant >= kMinResultant)) return {};
-  const Vec3d axis = sum / length;
-
-  double mean_square_angle = 0.0;
-  if (rules.rule == BetaRule::RmsAngle) {
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-      if (weights[i] == 0.0) continue;
-      const Vec3d wi(mixture.wi(first + i));
-      const double angle = std::atan2(axis.cross(wi).length(), axis.dot(wi));
-      mean_square_angle += weights[i] / largest * angle * angle;
-    }
-    mean_square_angle /= total;
-  }
-  const double beta = std::clamp(rules.scale * half_angle(rules.rule, resultant, mean_square_angle),
+  const Vec3 axis(sum * (1.0 / length));
+  const double mean_square =
+      rules.rule == BetaRule::RmsAngle
+          ? weighted_square_angles(mixture, first, weights, axis) * scale / total
+          : 0.0;
+  const double beta = std::clamp(rules.scale * half_angle(rules.rule, resultant, mean_square),
                                  rules.min, rules.max);
-  const double s = std::sin(0.5 * beta);
-  return {Vec3(axis).normalized(), static_cast<float>(2.0 * s * s)};
+  const float s = std::sin(static_cast<float>(0.5 * beta));
+  return {axis, 2.0f * s * s};
 }
 
 void add_tag_sums(const Mixture& mixture, std::size_t first, std::span<const double> weights,
@@ -170,11 +196,13 @@ void add_posterior_sums(const Mixture& mixture, std::size_t first, std::span<con
                         std::span<const double> coefficients, std::span<double> sums) noexcept {
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (weights[i] == 0.0) continue;
-    const std::span<const float> pdfs = mixture.pdfs(first + i);
-    const double scale = weights[i] / mixture_pdf_w(pdfs, coefficients);
-    for (std::size_t k = 0; k < sums.size(); ++k) {
-      sums[k] += scale * coefficients[k] * static_cast<double>(pdfs[k]);
-    }
+    const auto density = [&](std::size_t k) {
+      return coefficients[k] * static_cast<double>(mixture.pdf_w(first + i, static_cast<int>(k)));
+    };
+    double k_sum = 0.0;
+    for (std::size_t k = 0; k < sums.size(); ++k) k_sum += density(k);
+    const double scale = weights[i] / k_sum;
+    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += scale * density(k);
   }
 }
 
@@ -182,7 +210,8 @@ bool normalise(std::span<double> values) noexcept {
   double sum = 0.0;
   for (const double value : values) sum += value;
   if (!(sum > 0.0)) return false;
-  for (double& value : values) value /= sum;
+  const double scale = 1.0 / sum;
+  for (double& value : values) value *= scale;
   return true;
 }
 

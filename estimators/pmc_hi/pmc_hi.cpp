@@ -38,11 +38,11 @@
 #include "estimators/pmc_hi/pmc_hi.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
+#include <memory>
 
-#include "estimators/mixture/mixture.h"
-#include "estimators/pmc_hi/adaptation.h"
+#include "estimators/mixture/estimates.h"
+#include "estimators/pmc_hi/combine.h"
+#include "estimators/pmc_hi/kernel.h"
 #include "estimators/pmc_hi/settings.h"
 
 namespace penumbra::pmc_hi {
@@ -53,14 +53,6 @@ constexpr int kMapIteration = 2;
 // Maps behind those of the weights: cone angle, hits, rays.
 constexpr std::size_t kOtherMaps = 3;
 
-struct Iteration {
-  int n{0};
-  std::size_t first{0};  // of its samples in the mixture
-  RgbSum sum{0.0};       // of the weights f/K
-  double square_sum{0};  // of squared luminances, for the biased combination only
-  Cone cone;
-};
-
 class PmcHi final : public Estimator {
  public:
   PmcHi(const Scene& scene, const ParamSet& params, const Budget& budget)
@@ -69,10 +61,9 @@ class PmcHi final : public Estimator {
         scene_(&scene),
         mixture_(scene, settings_.light_sampling, settings_.lights_as_one,
                  most_samples(scene, budget)),
-        alpha_(scene.lights().size() + 2),
-        learned_(alpha_.size()),
-        evidence_(alpha_.size()),
-        counts_(alpha_.size()),
+        max_components_(scene.lights().size() + 2),
+        kernel_(settings_, max_components_),
+        density_(most_samples(scene, budget) + kLaneGroup),
         weights_(most_samples(scene, budget)) {
     const auto lights = static_cast<std::size_t>(
         std::count_if(scene.lights().begin(), scene.lights().end(),
@@ -80,7 +71,7 @@ class PmcHi final : public Estimator {
     check_budget(settings_, budget, lights);
     const std::size_t most = most_iterations(static_cast<int>(lights));
     iterations_.resize(most);
-    coefficients_.resize(most * alpha_.size());
+    if (settings_.combine == Combine::Pooled) coefficients_.resize(most * max_components_);
   }
 
   std::vector<MapInfo> maps() const override {
@@ -94,13 +85,13 @@ class PmcHi final : public Estimator {
     maps.push_back({"alpha_bsdf", weights});
     maps.push_back({"alpha_cone", weights});
     maps.push_back({"cone_angle", "half angle of the cone after two iterations [rad]", 1.0f});
-    maps.push_back({"hits", "share of samples that brought light", 1.0f});
-    maps.push_back({"rays", "share of samples that were traced", 1.0f});
+    maps.push_back({"hits", "share of samples", 1.0f});
+    maps.push_back({"rays", "share of samples", 1.0f});
     return maps;
   }
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {
-    const std::size_t maps = out.maps.empty() ? 0 : map_count();
+    const std::size_t maps = out.maps.empty() ? 0 : weight_map_count() + kOtherMaps;
     const auto clear_map = [&](std::size_t i) {
       map_ = out.maps.subspan(i * maps, maps);
       std::fill(map_.begin(), map_.end(), 0.0f);
@@ -110,11 +101,9 @@ class PmcHi final : public Estimator {
   }
 
  private:
-  // Maps of mixture weights, and all maps.
   std::size_t weight_map_count() const noexcept {
     return (settings_.lights_as_one ? 1 : scene_->lights().size()) + 2;
   }
-  std::size_t map_count() const noexcept { return weight_map_count() + kOtherMaps; }
 
   // Samples per adaptive iteration for m components.
   int population(int light_components) const noexcept {
@@ -148,139 +137,72 @@ class PmcHi final : public Estimator {
 
   Rgb one_point(StreamKey key) noexcept {
     const int lights = mixture_.active_lights();
-    m_ = static_cast<std::size_t>(mixture_.components());
-    cone_valid_ = false;
-    std::fill(evidence_.begin(), evidence_.end(), 0.0);
-    count_ = adaptive_iterations(lights, mixture_.light_components()) + 1;
+    const int count = adaptive_iterations(lights, mixture_.light_components()) + 1;
     const int initial_rays = (settings_.adapt ? budget_.srl_initial : budget_.srl()) * lights;
-    const int adaptive_rays = budget_.srl_adaptive * lights;
-
-    for (int t = 0; t < count_; ++t) {
+    const int adaptive_rays = count > 1 ? budget_.srl_adaptive * lights : 0;
+    for (int t = 0; t < count; ++t) {
       key.iteration = static_cast<std::uint32_t>(t);
       Iteration& it = iterations_[static_cast<std::size_t>(t)];
       it = {};
+      it.n = t == 0 ? initial_rays : adaptive_samples(t, count - 1, adaptive_rays);
       if (t == 0) {
-        start(key, initial_rays, lights);
-        it.n = initial_rays;
+        kernel_.start(mixture_, key, it.n);
       } else {
-        it.n = adaptive_samples(t, count_ - 1, adaptive_rays);
-        round_counts(settings_.rounding, std::span(alpha_).first(m_), it.n, key,
-                     std::span(counts_).first(m_));
-        raise_to_minimum(std::span(counts_).first(m_), settings_.n_min);
+        kernel_.next(key, it.n);
       }
-      run(key, t, it);
+      run(key, static_cast<std::size_t>(t), it);
       // A last adaptation is wasted unless the maps want its weights.
-      if (t + 1 < count_ || (!map_.empty() && t < kMapIteration)) adapt(t, it);
+      if (t + 1 == count && (map_.empty() || t >= kMapIteration)) break;
+      kernel_.learn(mixture_, it.first, weights_of(it));
+      if (!map_.empty() && t < kMapIteration) record_weights();
     }
-    mixture_.counters().iterations += static_cast<std::uint64_t>(count_);
-    record_shares(initial_rays + (count_ > 1 ? adaptive_rays : 0));
-    return narrow(combined());
+    mixture_.counters().iterations += static_cast<std::uint64_t>(count);
+    if (!map_.empty()) record_shares(initial_rays + adaptive_rays);
+    return narrow(combine(settings_.combine, mixture_,
+                          std::span(iterations_).first(static_cast<std::size_t>(count)),
+                          coefficients_, max_components_));
   }
 
-  // Weights and counts of the first iteration: no cone.
-  void start(const StreamKey& key, int rays, int lights) noexcept {
-    const std::size_t sampled = m_ - 1;
-    const std::span<int> counts = std::span(counts_).first(m_);
-    if (settings_.initial == Initial::MisSplit) {
-      shared_mis_counts(rays / lights, lights, mixture_.light_components(), counts);
-      for (std::size_t k = 0; k < m_; ++k) alpha_[k] = static_cast<double>(counts_[k]) / rays;
-      return;
-    }
-    for (std::size_t k = 0; k < m_; ++k) {
-      alpha_[k] = k < sampled ? 1.0 / static_cast<double>(sampled) : 0.0;
-    }
-    round_counts(settings_.rounding, std::span(alpha_).first(m_), rays, key, counts);
-    raise_to_minimum(counts, settings_.n_min);
-  }
-
-  std::span<double> coefficients(int t) noexcept {
-    return std::span(coefficients_).subspan(static_cast<std::size_t>(t) * alpha_.size(), m_);
+  std::span<const double> weights_of(const Iteration& it) const noexcept {
+    return std::span(weights_).subspan(it.first, mixture_.size() - it.first);
   }
 
   // Draws, traces and weights one population.
-  void run(const StreamKey& key, int t, Iteration& it) noexcept {
-    const std::span<double> c = coefficients(t);
-    for (std::size_t k = 0; k < m_; ++k) {
-      c[k] = settings_.denominator == Denominator::Counts ? static_cast<double>(counts_[k]) / it.n
-                                                          : alpha_[k];
-    }
+  void run(const StreamKey& key, std::size_t t, Iteration& it) noexcept {
     it.cone = mixture_.cone();
     it.first = mixture_.size();
-    mixture_.draw(budget_.sampler, key, std::span(counts_).first(m_));
+    mixture_.draw(budget_.sampler, key, kernel_.counts());
     if (EstimateRecord* record = mixture_.record()) {
-      record->iterations.back().alpha.assign(alpha_.begin(),
-                                             alpha_.begin() + static_cast<std::ptrdiff_t>(m_));
+      record->iterations.back().alpha.assign(kernel_.alpha().begin(), kernel_.alpha().end());
     }
-    it.sum = balance_sum(mixture_, it.first, c);
+    if (settings_.combine == Combine::Pooled) {
+      std::copy(kernel_.coefficients().begin(), kernel_.coefficients().end(),
+                coefficients_.begin() + static_cast<std::ptrdiff_t>(t * max_components_));
+    }
+    mixture_.mixture_pdfs_w(it.first, kernel_.coefficients(), density_);
     for (std::size_t i = it.first; i < mixture_.size(); ++i) {
-      const double f = luminance(widen(mixture_.f(i)));
-      const double k = f > 0.0 ? mixture_pdf_w(mixture_.pdfs(i), c) : 0.0;
-      weights_[i] = k > 0.0 ? f / k : 0.0;
+      weights_[i] = 0.0;
+      if (is_black(mixture_.f(i))) continue;
+      const double k = density_[i - it.first];
+      if (!(k > 0.0)) {
+        ++mixture_.counters().uncovered;
+        continue;
+      }
+      const RgbSum weight = widen(mixture_.f(i)) * (1.0 / k);
+      weights_[i] = luminance(weight);
+      it.sum += weight;
       it.square_sum += weights_[i] * weights_[i];
+      mixture_.record_weight(i, 1.0 / k);
     }
-  }
-
-  // Learns the next mixture from iteration t: Eq. 6, then the cone.
-  void adapt(int t, const Iteration& it) noexcept {
-    const std::span<const double> weights =
-        std::span(weights_).subspan(it.first, mixture_.size() - it.first);
-    const std::span<double> alpha = std::span(alpha_).first(m_);
-    const std::size_t cone = m_ - 1;
-    const auto hits =
-        std::count_if(weights.begin(), weights.end(), [](double w) { return w > 0.0; });
-
-    const std::span<double> learned = std::span(learned_).first(m_);
-    const std::span<double> evidence = std::span(evidence_).first(m_);
-    if (!settings_.cumulative) std::fill(evidence.begin(), evidence.end(), 0.0);
-    if (settings_.update == Update::Tag) {
-      add_tag_sums(mixture_, it.first, weights, evidence);
-    } else {
-      add_posterior_sums(mixture_, it.first, weights, coefficients(t), evidence);
-    }
-    std::copy(evidence.begin(), evidence.end(), learned.begin());
-    if (hits == 0 || !normalise(learned)) {
-      // Nothing was seen: Eq. 6 is 0/0. The weights stay, without a cone.
-      cone_valid_ = false;
-      mixture_.cone() = Cone{};
-      alpha[cone] = 0.0;
-      if (!normalise(alpha)) set_equal(alpha);
-      record_map(t, alpha);
-      return;
-    }
-    const bool had_cone = cone_valid_;
-    mixture_.cone() = settings_.cone && hits >= settings_.cone_min_hits
-                          ? fit_cone(mixture_, it.first, weights, settings_.cone_rules)
-                          : Cone{};
-    cone_valid_ = mixture_.cone().active();
-    if (!cone_valid_) {
-      learned[cone] = 0.0;
-      if (!normalise(learned)) set_equal(learned);
-    } else if (!had_cone) {
-      learned[cone] = 0.0;
-      if (!normalise(learned)) set_equal(learned);
-      for (double& value : learned) value *= 1.0 - settings_.alpha_cone;
-      learned[cone] = settings_.alpha_cone;
-    }
-    record_map(t, learned);
-    const double floored = settings_.alpha_floor * static_cast<double>(cone);
-    for (std::size_t k = 0; k < m_; ++k) {
-      alpha[k] = (1.0 - floored) * learned[k] + (k < cone ? settings_.alpha_floor : 0.0);
-    }
-  }
-
-  // All components but the cone.
-  static void set_equal(std::span<double> alpha) noexcept {
-    std::fill(alpha.begin(), alpha.end(), 1.0 / static_cast<double>(alpha.size() - 1));
-    alpha.back() = 0.0;
   }
 
   // The learned weights before floors, at the places of the scene's lights; 0 for lights left out
   // at the point.
-  void record_map(int t, std::span<const double> learned) noexcept {
-    if (map_.empty() || t + 1 > kMapIteration) return;
+  void record_weights() noexcept {
+    const std::span<const double> learned = kernel_.learned();
     const std::span<float> weights = map_.first(weight_map_count());
     std::fill(weights.begin(), weights.end(), 0.0f);
-    const std::size_t lights = m_ - 2;
+    const std::size_t lights = learned.size() - 2;
     for (std::size_t k = 0; k < lights; ++k) {
       const std::size_t place =
           settings_.lights_as_one ? 0 : mixture_.light_index(static_cast<int>(k));
@@ -293,112 +215,22 @@ class PmcHi final : public Estimator {
 
   // What became of the samples of all iterations.
   void record_shares(int drawn) noexcept {
-    if (map_.empty()) return;
-    const auto hits = std::count_if(weights_.begin(),
-                                    weights_.begin() + static_cast<std::ptrdiff_t>(mixture_.size()),
-                                    [](double w) { return w > 0.0; });
+    const auto end = weights_.begin() + static_cast<std::ptrdiff_t>(mixture_.size());
+    const auto hits = std::count_if(weights_.begin(), end, [](double w) { return w > 0.0; });
     map_[map_.size() - 2] = static_cast<float>(hits) / static_cast<float>(drawn);
     map_[map_.size() - 1] = static_cast<float>(mixture_.size()) / static_cast<float>(drawn);
-  }
-
-  RgbSum combined() noexcept {
-    if (settings_.combine == Combine::Pooled) return pooled();
-    const int first = settings_.combine == Combine::AdaptiveOnly && count_ > 1 ? 1
-                      : settings_.combine == Combine::Last                     ? count_ - 1
-                                                                               : 0;
-    if (settings_.combine == Combine::InverseVariance) return inverse_variance();
-    RgbSum sum(0.0);
-    double total = 0.0;
-    for (int t = first; t < count_; ++t) {
-      const Iteration& it = iterations_[static_cast<std::size_t>(t)];
-      const double factor = settings_.combine == Combine::Sqrt ? std::sqrt(t + 1.0) : 1.0;
-      sum += it.sum * factor;
-      total += factor * it.n;
-    }
-    if (mixture_.record() != nullptr) {
-      for (int t = 0; t < count_; ++t) {
-        const double factor = settings_.combine == Combine::Sqrt ? std::sqrt(t + 1.0) : 1.0;
-        scale_record(t, t < first ? 0.0 : factor / total);
-      }
-    }
-    return sum / total;
-  }
-
-  // Scales the recorded weights of one iteration.
-  void scale_record(int t, double factor) noexcept {
-    const auto next = static_cast<std::size_t>(t) + 1;
-    mixture_.scale_recorded_weights(iterations_[next - 1].first,
-                                    t + 1 < count_ ? iterations_[next].first : mixture_.size(),
-                                    factor);
-  }
-
-  // Iterations weighted by the inverse of their own sample variances: the negative control, biased.
-  // A variance far below the largest (no sample hit) is held at a thousandth of it, or the weight
-  // would be infinite.
-  RgbSum inverse_variance() noexcept {
-    const auto variance = [](const Iteration& it) {
-      const double mean = luminance(it.sum) / it.n;
-      return std::max(it.square_sum / it.n - mean * mean, 0.0) / it.n;
-    };
-    double largest = 0.0;
-    for (int t = 0; t < count_; ++t) {
-      largest = std::max(largest, variance(iterations_[static_cast<std::size_t>(t)]));
-    }
-    RgbSum sum(0.0);
-    double total = 0.0;
-    for (int t = 0; t < count_; ++t) {
-      const Iteration& it = iterations_[static_cast<std::size_t>(t)];
-      const double weight = largest > 0.0 ? 1.0 / std::max(variance(it), 1e-3 * largest) : 1.0;
-      sum += it.sum * (weight / it.n);
-      total += weight;
-      scale_record(t, weight / it.n);
-    }
-    mixture_.scale_recorded_weights(0, mixture_.size(), 1.0 / total);
-    return sum / total;
-  }
-
-  // Every sample over the mixture of all iterations' kernels (AMIS): the other negative control,
-  // biased. Source: Cornuet, Marin, Mira and Robert 2012, "Adaptive multiple importance sampling".
-  RgbSum pooled() noexcept {
-    RgbSum sum(0.0);
-    for (std::size_t i = 0; i < mixture_.size(); ++i) {
-      if (is_black(mixture_.f(i))) continue;
-      const std::span<const float> pdfs = mixture_.pdfs(i);
-      double k = 0.0;
-      for (int t = 0; t < count_; ++t) {
-        const Iteration& it = iterations_[static_cast<std::size_t>(t)];
-        const std::span<const double> c = coefficients(t);
-        k += it.n * mixture_pdf_w(pdfs.first(m_ - 1), c.first(m_ - 1));
-        // The cone moved between iterations; a sample's own cone holds it by construction.
-        const bool own =
-            mixture_.component(i) == mixture_.cone_component() && i >= it.first &&
-            (t + 1 == count_ || i < iterations_[static_cast<std::size_t>(t) + 1].first);
-        k += it.n * c[m_ - 1] *
-             static_cast<double>(own ? pdfs[m_ - 1] : it.cone.pdf_w(mixture_.wi(i)));
-      }
-      if (!(k > 0.0)) continue;
-      mixture_.record_weight(i, 1.0 / k);
-      sum += widen(mixture_.f(i)) / k;
-    }
-    return sum;
   }
 
   Settings settings_;
   Budget budget_;
   const Scene* scene_;
   Mixture mixture_;
-
-  // Of the current point; sized for all lights.
-  std::size_t m_{0};  // components
-  int count_{0};      // iterations
-  bool cone_valid_{false};
-  std::vector<double> alpha_;
-  std::vector<double> learned_;
-  std::vector<double> evidence_;  // numerators of Eq. 6
-  std::vector<int> counts_;
+  std::size_t max_components_;
+  Kernel kernel_;
+  std::vector<double> density_;  // [sample of an iteration], K
   std::vector<double> weights_;  // [sample], luminance of f/K
   std::vector<Iteration> iterations_;
-  std::vector<double> coefficients_;  // [iteration][component]: c_k of K
+  std::vector<double> coefficients_;  // [iteration][component], for the pooled denominator only
   std::span<float> map_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "estimators/mixture/estimates.h"
 #include "scenes/core/error.h"
 
 namespace penumbra::pmc_hi {

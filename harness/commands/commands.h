@@ -59,6 +59,7 @@ struct RenderOptions {
   int spp{8};
   std::string srl{"16"};
   std::string sampler{"independent"};
+  std::string quantity{"radiance"};
   std::vector<std::string> params;  ///< "name=value"
   std::vector<int> resolution;      ///< width, height, or empty
   std::uint64_t seed{1};
@@ -74,6 +75,17 @@ struct InspectOptions {
   bool json{false};
 };
 int inspect_command(const InspectOptions& options);
+
+struct ReplayOptions {
+  std::filesystem::path folder;  ///< of a run's results
+  std::string row;               ///< run_id or the beginning of one
+  std::string pixel;             ///< "X,Y"
+  std::optional<int> estimate;   ///< print this one only
+  bool json{false};
+  bool verify{false};  ///< render the whole row again as well
+  int threads{0};      ///< of that
+};
+int replay_command(const ReplayOptions& options);
 
 /// A scene's file: scenes/<name>/scene.json, or the path itself when it names a file.
 /// @throws InputError listing the scenes that there are

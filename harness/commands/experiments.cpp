@@ -86,7 +86,7 @@ int reference_command(const ReferenceOptions& options) {
   for (const SceneConfig& scene_config : config.scenes) {
     if (!options.scene.empty() && scene_config.name != options.scene) continue;
     found = true;
-    const LoadedScene scene = load_scene(scene_config, config.tile);
+    const LoadedScene scene = load_scene(scene_config, config.tile, config.quantity);
     const Reference reference = provide_reference(scene, threads, options.add_spp);
     const ReferenceNoise noise = reference_noise(reference.halves());
     fmt::print("{}: {} spp, mean {:.6g}, standard error per pixel {:.3g}\n",

@@ -79,6 +79,11 @@ RenderSettings settings_of(const RenderOptions& options) {
   return settings;
 }
 
+Quantity quantity_of(const std::string& name) {
+  if (const std::optional<Quantity> quantity = parse_quantity(name)) return *quantity;
+  throw InputError("--quantity: unknown quantity \"" + name + "\"; allowed: radiance, irradiance");
+}
+
 }  // namespace
 
 std::filesystem::path scene_path(const std::string& scene) {
@@ -97,10 +102,11 @@ int render_command(const RenderOptions& options) {
                      "\"");
   }
   const RenderSettings settings = settings_of(options);
+  const Quantity quantity = quantity_of(options.quantity);
   std::optional<std::array<int, 2>> resolution;
   if (options.resolution.size() == 2) resolution = {options.resolution[0], options.resolution[1]};
   const std::unique_ptr<Scene> scene = load_scene(scene_path(options.scene), resolution);
-  const ShadingPoints points = make_shading_points(*scene, settings.spp, kCameraSeed, 16);
+  const ShadingPoints points = make_shading_points(*scene, settings.spp, kCameraSeed, 16, quantity);
   const RenderResult result = render(*scene, points, settings);
   const Image picture =
       add_images(result.width, result.height, result.radiance, seen_emission(*scene, points));
@@ -113,6 +119,7 @@ int render_command(const RenderOptions& options) {
     }
     write_exr(options.out, layers,
               {{"estimator", options.estimator},
+               {"quantity", options.quantity},
                {"spp", std::to_string(options.spp)},
                {"srl", options.srl},
                {"seed", std::to_string(options.seed)},

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "scenes/core/vec.h"
 
@@ -28,6 +29,16 @@ using Block = std::array<T, kBlock + kLaneGroup>;
 struct VectorBlock {
   Block<float> x{}, y{}, z{};
 
+  Vec3 operator[](std::size_t i) const noexcept { return {x[i], y[i], z[i]}; }
+  void set(std::size_t i, const Vec3& v) noexcept { x[i] = v.x, y[i] = v.y, z[i] = v.z; }
+};
+
+/// The same for any number of lanes, with a spare group behind the last.
+struct VectorArray {
+  std::vector<float> x, y, z;
+
+  explicit VectorArray(std::size_t count)
+      : x(count + kLaneGroup), y(count + kLaneGroup), z(count + kLaneGroup) {}
   Vec3 operator[](std::size_t i) const noexcept { return {x[i], y[i], z[i]}; }
   void set(std::size_t i, const Vec3& v) noexcept { x[i] = v.x, y[i] = v.y, z[i] = v.z; }
 };

@@ -1,110 +1,17 @@
-// The real executable, as a user calls it: exit codes, files, resuming, bad input. Every test works
-// in a project root of its own (PENUMBRA_ROOT with links to the shipped scenes and configs), so
-// nothing is written into the source tree.
+// The real executable, as a user calls it: exit codes, files, resuming, bad input.
 
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
-#include <chrono>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <thread>
 
 #include "harness/csv.h"
 #include "harness/exr.h"
 #include "harness/run_row.h"
+#include "tests/e2e/command_line_fixture.h"
 
 namespace penumbra {
 namespace {
-
-namespace fs = std::filesystem;
-
-struct Outcome {
-  int code{-1};
-  std::string output;  // stdout, then stderr
-};
-
-std::string read_text(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
-class CommandLine : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "penumbra-e2e-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    root_ = pattern;
-    for (const char* folder : {"scenes", "configs"}) {
-      fs::create_directory_symlink(fs::path(PENUMBRA_SOURCE_DIR) / folder, root_ / folder);
-    }
-    fs::create_directory(root_ / "references");
-    setenv("PENUMBRA_ROOT", root_.c_str(), 1);
-  }
-  void TearDown() override { fs::remove_all(root_); }
-
-  // Runs `penumbra <arguments>` through the shell in the test's folder.
-  Outcome run(const std::string& arguments) const {
-    const fs::path out = root_ / "stdout.txt";
-    const std::string command = "cd '" + root_.string() + "' && '" PENUMBRA_EXECUTABLE "' " +
-                                arguments + " >'" + out.string() + "' 2>&1";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out)};
-  }
-
-  // Starts a run, sends it a signal once `rows` rows are on disk, and waits for its end.
-  int run_and_signal(const std::string& config, const fs::path& out, std::size_t rows,
-                     int signal) const {
-    std::fflush(nullptr);  // or the child prints what is buffered once more
-    const pid_t child = fork();
-    if (child == 0) {
-      if (std::freopen("/dev/null", "w", stdout) == nullptr ||
-          std::freopen("/dev/null", "w", stderr) == nullptr || chdir(root_.c_str()) != 0) {
-        _exit(99);
-      }
-      execl(PENUMBRA_EXECUTABLE, PENUMBRA_EXECUTABLE, "run", config.c_str(), "--out", out.c_str(),
-            nullptr);
-      _exit(99);
-    }
-    for (int i = 0; i < 6000 && line_count(out / "measurements.csv") < rows + 1; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    kill(child, signal);
-    int status = 0;
-    waitpid(child, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  }
-
-  static std::size_t line_count(const fs::path& file) {
-    const std::string text = read_text(file);
-    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
-  }
-
-  fs::path write_file(const std::string& name, const std::string& text) const {
-    std::ofstream(root_ / name) << text;
-    return root_ / name;
-  }
-
-  // The smoke config with more repetitions, so that a signal finds it in the middle.
-  std::string smoke_config(const std::string& blocks) const {
-    nlohmann::json json =
-        nlohmann::json::parse(read_text(fs::path(PENUMBRA_SOURCE_DIR) / "configs/smoke.json"));
-    json["blocks"] = std::stoi(blocks);
-    return write_file("smoke.json", json.dump(2)).string();
-  }
-
-  fs::path root_;
-};
 
 // Rows by run, without what depends on the clock and the order of arrival.
 std::map<std::string, std::string> timeless_rows(const fs::path& file) {
@@ -168,6 +75,20 @@ TEST_F(CommandLine, RunWritesTheColumnsOfTheDesign) {
   ASSERT_GE(table.header.size(), efficiency.size());
   EXPECT_TRUE(std::equal(measurements.begin(), measurements.end(), raw.header.begin()));
   EXPECT_TRUE(std::equal(efficiency.begin(), efficiency.end(), table.header.begin()));
+}
+
+TEST_F(CommandLine, RunWritesAStripForEveryGroupOfMaps) {
+  const Outcome outcome =
+      run("run configs/smoke.json --out out --set blocks=1 --set 'scenes.0.resolution=[32,16]' "
+          "--only '*/PMC-HI/independent'");
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  std::vector<std::string> missing = {"-maps.png", "-maps-2.png", "-maps-3.png", "-maps-4.png"};
+  for (const fs::directory_entry& entry : fs::directory_iterator(root_ / "out/images")) {
+    std::erase_if(missing, [&](const std::string& end) {
+      return entry.path().filename().string().ends_with(end);
+    });
+  }
+  EXPECT_EQ(missing, std::vector<std::string>{});
 }
 
 TEST_F(CommandLine, SecondCallOfRunMeasuresNothing) {

@@ -341,8 +341,10 @@ TEST(AdaptationSums, TagAndPosteriorFormsHaveTheSameExpectation) {
     ASSERT_GT(mixture.active_lights(), 0);
     mixture.draw(SamplerKind::Independent, key_of(i), counts);
     std::vector<double> weights(mixture.size());
+    std::vector<double> density(mixture.size() + kLaneGroup);
+    mixture.mixture_pdfs_w(0, coefficients, density);
     for (std::size_t j = 0; j < weights.size(); ++j) {
-      weights[j] = luminance(widen(mixture.f(j))) / mixture_pdf_w(mixture.pdfs(j), coefficients);
+      weights[j] = luminance(widen(mixture.f(j))) / density[j];
     }
     std::vector<double> tag(4), posterior(4);
     add_tag_sums(mixture, 0, weights, tag);

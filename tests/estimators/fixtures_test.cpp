@@ -42,6 +42,11 @@ std::vector<Configuration> configurations(bool independent) {
       {"mis_shared_power2", "mis", {{"layout", std::string("shared")}, {"heuristic", power2}}},
       {"mis_pairs_power2", "mis", {{"layout", std::string("pairs")}, {"heuristic", power2}}},
       {"pmc_hi", "pmc_hi", {}},
+      {"alsd", "alsd", {}},
+      {"light", "light", {}},
+      {"light_power", "light", {{"choice", std::string("power")}}},
+      {"bsdf", "bsdf", {}},
+      {"uniform", "uniform", {}},
   };
   const std::vector<SamplerKind> samplers =
       independent ? std::vector{SamplerKind::Independent}
@@ -51,7 +56,11 @@ std::vector<Configuration> configurations(bool independent) {
     for (const SamplerKind sampler : samplers) {
       for (const std::string light_sampling : {"area", "solid_angle"}) {
         ParamSet::Map params = base.params;
-        params["light_sampling"] = light_sampling;
+        if (base.name == "bsdf" || base.name == "uniform") {
+          if (light_sampling != "area") continue;
+        } else {
+          params["light_sampling"] = light_sampling;
+        }
         result.push_back({base.name + "_" + light_sampling + "_" + std::string(to_string(sampler)),
                           base.estimator, params, sampler});
       }
@@ -126,6 +135,7 @@ TEST(FixturesTable, CostsAreThoseOfTheSpecification) {
        "mis",
        {{"layout", std::string("pairs")}, {"heuristic", std::string("power2")}},
        {0.068, 1.07, 16.1, 0.93, 0.068, 0.417}},
+      {"light only", "light", {}, {0.034, 0.53, 8.0, 3.28, 0.034, 0.245}},
       {"PMC-HI R0", "pmc_hi", {}, {0.072, 1.47, 9.5, 0.47, 0.062, 0.373}},
   };
   std::printf("%-14s fixture   bias %%  (se)      relMSE*samples  specification\n", "estimator");

@@ -96,7 +96,8 @@ RunStatistics estimate_many(const EstimatorEntry& entry, const ParamSet& params,
                             std::uint64_t seed, std::uint64_t count);
 
 /// The unbiasedness test of all positive and negative cases: all estimates finite and not negative,
-/// nothing uncovered, mean within `limit` standard errors of the exact value.
+/// nothing uncovered, mean within `limit` standard errors of the exact value (and float rounding,
+/// for estimators without variance).
 bool is_unbiased(const RunStatistics& run, double exact, double limit);
 
 /// Two-sided normal quantile at which `tests` independent tests raise a false alarm with

@@ -31,6 +31,7 @@ TEST_F(Config, FillsInDefaults) {
   const ExperimentConfig config = load(small_config());
   EXPECT_EQ(config.seed, 1u);
   EXPECT_EQ(config.tile, 16);
+  EXPECT_EQ(config.quantity, Quantity::Radiance);
   EXPECT_EQ(config.samplers, std::vector<std::string>{"independent"});
   EXPECT_EQ(config.scenes[0].camera_samples, 4);
   EXPECT_EQ(config.scenes[0].reference.estimator, "mis");
@@ -40,12 +41,18 @@ TEST_F(Config, FillsInDefaults) {
 TEST_F(Config, ResolvedConfigReadsBackToItself) {
   json given = small_config();
   given["budget"] = {{"time_cpu_s", 2}, {"solve_for", "srl"}};
+  given["quantity"] = "irradiance";
+  given["published_source"] = "Anyone 2014";
+  given["methods"][1]["published"] = {{"checkerboard", 0.1}};
   given["images"] = {
       {"exposure", 0.1},
       {"crops", {{{"name", "a"}, {"scene", "checkerboard"}, {"rectangle", {0, 0, 8, 8}}}}}};
   const ExperimentConfig config = load(given);
   const ExperimentConfig again = load_config(write("configs/resolved.json", config.resolved_json));
   EXPECT_EQ(again.resolved_json, config.resolved_json);
+  EXPECT_EQ(again.quantity, Quantity::Irradiance);
+  EXPECT_EQ(again.published_source, "Anyone 2014");
+  EXPECT_EQ(again.methods[1].published, (std::map<std::string, double>{{"checkerboard", 0.1}}));
 }
 
 TEST_F(Config, ResolvedConfigStatesDefaults) {
@@ -54,6 +61,24 @@ TEST_F(Config, ResolvedConfigStatesDefaults) {
   EXPECT_EQ(resolved["methods"][0]["params"]["heuristic"], "balance");
   EXPECT_EQ(resolved["scenes"][0]["file"], "scenes/checkerboard/scene.json");
   EXPECT_EQ(resolved["images"]["exposure"], 0.0);
+}
+
+TEST_F(Config, RefusesAnUnknownQuantity) {
+  json given = small_config();
+  given["quantity"] = "radiosity";
+  EXPECT_NE(faults_of(given).find("error: /quantity: "), std::string::npos) << faults_of(given);
+}
+
+TEST_F(Config, PublishedFiguresAreOfScenesOfTheConfigAndPositive) {
+  json given = small_config();
+  given["methods"][1]["published"] = {{"checkerbord", 2.0}};
+  expect_fault(given, "/methods/1/published/checkerbord",
+               "unknown scene \"checkerbord\"; did you mean \"checkerboard\"?");
+  given["methods"][1]["published"] = {{"small", 2.0}};
+  expect_fault(given, "/methods/1/published/small", "unknown scene \"small\"");
+  given["methods"][1]["published"] = {{"checkerboard", 0}};
+  EXPECT_NE(faults_of(given).find("error: /methods/1/published/checkerboard: "), std::string::npos)
+      << faults_of(given);
 }
 
 TEST_F(Config, ReportsFiveMistakesAtOnceWithTheirPlaces) {

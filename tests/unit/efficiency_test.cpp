@@ -199,6 +199,46 @@ TEST(EfficiencyTable, SweptBaselineIsMatchedByItsRays) {
   EXPECT_EQ(row.note, "ratio: 0 cells of baseline mis match in SRL and SPP");
 }
 
+TEST(EfficiencyTable, PublishedRatioStandsBesideTheMeasuredOne) {
+  TableOptions o = options();
+  o.published = {{"mis", {{"checkerboard", 50.0}, {"buddha", 3.0}}},
+                 {"pmc", {{"checkerboard", 100.0}}}};
+  const std::vector<EfficiencyRow> table = efficiency_table(two_methods(), o);
+  // Measured: half the error at the same time.
+  EXPECT_DOUBLE_EQ(find(table, "pmc").ratio_published.value(), 2.0);
+  EXPECT_DOUBLE_EQ(find(table, "mis").ratio_published.value(), 1.0);
+  EXPECT_TRUE(find(table, "pmc").note.empty()) << find(table, "pmc").note;
+  EXPECT_TRUE(find(table, "mis").note.empty()) << find(table, "mis").note;
+}
+
+TEST(EfficiencyTable, PublishedRatioOutsideTheIntervalIsSaidInWords) {
+  TableOptions o = options();
+  o.published = {{"mis", {{"checkerboard", 1.0}}}, {"pmc", {{"checkerboard", 4.0}}}};
+  const EfficiencyRow row = find(efficiency_table(two_methods(), o), "pmc");
+  ASSERT_GT(4.0, *row.ratio_hi);
+  EXPECT_EQ(row.note.find("published 4 lies outside ["), 0u) << row.note;
+}
+
+TEST(EfficiencyTable, PublishedRatioIsEmptyWhereOneFigureIsMissing) {
+  TableOptions o = options();
+  o.published = {{"mis", {{"buddha", 1.0}}}, {"pmc", {{"checkerboard", 4.0}}}};
+  EXPECT_FALSE(find(efficiency_table(two_methods(), o), "pmc").ratio_published.has_value());
+  o.published.erase("mis");
+  EXPECT_FALSE(find(efficiency_table(two_methods(), o), "pmc").ratio_published.has_value());
+}
+
+TEST(EfficiencyTable, PublishedRatioNeedsNoMeasuredOne) {
+  TableOptions o = options();
+  o.published = {{"mis", {{"checkerboard", 1.0}}}, {"pmc", {{"checkerboard", 4.0}}}};
+  const EfficiencyRow one =
+      find(efficiency_table(std::vector{run("mis", 0, 1, 1), run("pmc", 0, 1, 1)}, o), "pmc");
+  EXPECT_EQ(one.ratio_published, 4.0);
+  EXPECT_EQ(one.note, "one block: no interval");
+  std::vector<RunRow> rows = two_methods();
+  for (RunRow& row : rows) row.status = RunStatus::Failed;
+  EXPECT_EQ(find(efficiency_table(rows, o), "pmc").ratio_published, 4.0);
+}
+
 TEST(EfficiencyTable, OneBlockHasAnEfficiencyButNoVerdict) {
   const std::vector<RunRow> rows{run("mis", 0, 1, 1), run("pmc", 0, 1, 0.01)};
   const EfficiencyRow row = find(efficiency_table(rows, options()), "pmc");

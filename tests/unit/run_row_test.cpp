@@ -32,7 +32,7 @@ TEST(RunColumns, AreThoseOfTheDesignInItsOrder) {
             "rays, time_wall_s, time_cpu_s, time_prepare_s, instructions, mse, mse_naive, relmse, "
             "mape, mean_error, p_eff, reference_id, reference_share, nonfinite, status, cell, "
             "params, camera_samples, samples, order, failure, reference_mean, reference_mean_se, "
-            "reference_floor");
+            "reference_floor, image_hash");
 }
 
 TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
@@ -41,7 +41,7 @@ TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
             "eff_hi, ratio, ratio_lo, ratio_hi, eff_cpu, eff_rays, eff_instructions, bias_rel, "
             "bias_p, verdict, sampler, params, budget_s, baseline, err_lo, err_hi, relmse, p_eff, "
             "reference_share, ratio_tuned, ratio_tuned_lo, ratio_tuned_hi, T_cpu_s, srl_initial, "
-            "srl_adaptive, note");
+            "srl_adaptive, note, ratio_published");
 }
 
 TEST(RunColumns, HoldEveryMetricButTheRoot) {
@@ -85,6 +85,7 @@ TEST_F(TableFile, EveryFieldOfARunReadsBack) {
   full.order = 7;
   full.failure = "line 1\nline 2";
   full.reference_floor = 1e-9;
+  full.image_hash = "00ff";
   // No field of the row above has the text of an untouched one, so a swapped column cannot go
   // unnoticed.
   const std::vector<RunRow> rows{full, RunRow{}};
@@ -117,6 +118,16 @@ TEST_F(TableFile, MissingAndUnknownColumnsAreNamed) {
     EXPECT_NE(std::string(error.what()).find("missing columns: \"run_id\""), std::string::npos);
     EXPECT_NE(std::string(error.what()).find("unknown columns: \"run_idx\""), std::string::npos);
   }
+}
+
+TEST_F(TableFile, ColumnThatOlderFilesLackIsEmpty) {
+  CsvRecord names = run_columns();
+  CsvRecord record = run_record(run("mis", 2, 0.5, 0.25));
+  ASSERT_EQ(names.back(), "image_hash");
+  names.pop_back();
+  record.pop_back();
+  put(csv_line(names) + csv_line(record));
+  EXPECT_EQ(read_run_rows(file_).rows.at(0), run("mis", 2, 0.5, 0.25));
 }
 
 TEST_F(TableFile, BadValueIsNamedWithRowAndColumn) {

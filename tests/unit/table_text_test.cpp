@@ -65,6 +65,21 @@ TEST(Markdown, DoubtfulErrorsAreMarkedAndExplained) {
   EXPECT_TRUE(contains(text, "fewer than 200 effective pixels")) << text;
 }
 
+TEST(Tables, ShowPublishedRatiosWithTheirSourceWhereThereAreAny) {
+  TableOptions o = options();
+  o.published_source = "Anyone 2014, table 1";
+  for (const bool given : {false, true}) {
+    if (given) o.published = {{"mis", {{"checkerboard", 1.0}}}, {"pmc", {{"checkerboard", 2.21}}}};
+    const std::vector<EfficiencyRow> rows = efficiency_table(two_methods(), o);
+    for (const std::string& text : {to_markdown(rows, o), to_terminal(rows, o)}) {
+      EXPECT_EQ(contains(text, "published ratio"), given) << text;
+      EXPECT_EQ(contains(text, "2.21"), given) << text;
+      EXPECT_EQ(contains(text, "Published ratio: Anyone 2014, table 1"), given) << text;
+      EXPECT_EQ(contains(text, "published 2.21 lies outside ["), given) << text;
+    }
+  }
+}
+
 TEST(Terminal, StaysBelow120ColumnsWithLongNamesAndKeepsItsNumbers) {
   std::vector<EfficiencyRow> rows = efficiency_table(two_methods(), options());
   rows[0].scene = std::string(60, 's');
@@ -74,6 +89,7 @@ TEST(Terminal, StaysBelow120ColumnsWithLongNamesAndKeepsItsNumbers) {
   rows[1].ratio = 1234;
   rows[1].ratio_lo = 1e3;
   rows[1].ratio_hi = 2e12;
+  rows[1].ratio_published = 2.21;
   rows[1].verdict = Verdict::ReferenceLimited;
   rows[1].note = std::string(300, 'n') + " and " + std::string(100, 'm');
   const std::string text = to_terminal(rows, options());
