@@ -1,5 +1,7 @@
 #include "estimators/mdhi/charts.h"
 
+#include <algorithm>
+
 #include "scenes/core/warp.h"
 
 namespace penumbra::mdhi {
@@ -19,23 +21,6 @@ Variates light_variates(const LightProposal& proposal, const Vec2& u) noexcept {
 
 }  // namespace
 
-float glossy_share(const Bsdf& bsdf) noexcept {
-  const BoundBsdf bound(bsdf, Vec3(0.0f, 0.0f, 1.0f));
-  if (!bound.uses_choice()) return 0.0f;
-  const Vec2 u(0.3f, 0.6f);
-  const Vec3 diffuse = sample_cosine_hemisphere(u);
-  const auto is_diffuse = [&](std::int32_t choice) {
-    return bound.sample({u, static_cast<float>(choice) * 0x1p-24f}) == diffuse;
-  };
-  std::int32_t glossy = 0;
-  std::int32_t first_diffuse = 1 << 24;
-  while (first_diffuse - glossy > 1) {
-    const std::int32_t middle = (glossy + first_diffuse) / 2;
-    (is_diffuse(middle) ? first_diffuse : glossy) = middle;
-  }
-  return static_cast<float>(first_diffuse) * 0x1p-24f;
-}
-
 Charts::Charts(const Scene& scene, Domain domain, LightSampling light_sampling)
     : scene_(&scene),
       domain_(domain),
@@ -45,10 +30,6 @@ Charts::Charts(const Scene& scene, Domain domain, LightSampling light_sampling)
   for (const Light& light : scene.lights()) lights += light.is_delta() ? 0u : 1u;
   lights_.resize(lights);
   ids_.resize(lights);
-  if (domain != Domain::Mixed) return;
-  for (std::uint32_t m = 0; m <= scene.irradiance_material(); ++m) {
-    glossy_shares_.push_back(glossy_share(scene.bsdf(m)));
-  }
 }
 
 void Charts::set_up(const ShadingPoint& point) noexcept {
@@ -73,13 +54,14 @@ std::string Charts::name(std::size_t chart) const {
   return domain_ == Domain::Mixed ? "bsdf" : "hemisphere";
 }
 
-// The lobe comes from the first coordinate, which is then stretched over the lobe's share. Both
-// quotients round below 1: numerators stay at least 2^-24 of the denominator below it.
+// The lobe comes from the first coordinate, which is then stretched over the lobe's share; a quotient
+// that rounds to 1 stays below it.
 Variates Charts::bsdf_variates(const Vec2& u) const noexcept {
   if (!bsdf_.uses_choice()) return {u, 0.0f};
-  const float share = glossy_shares_[point_.material];
-  if (u.x < share) return {Vec2(u.x / share, u.y), 0.0f};
-  return {Vec2((u.x - share) / (1.0f - share), u.y), kOneMinusEpsilon};
+  const float share = bsdf_.glossy_probability();
+  const bool is_glossy = u.x < share;
+  const float stretched = is_glossy ? u.x / share : (u.x - share) / (1.0f - share);
+  return {Vec2(std::min(stretched, kOneMinusEpsilon), u.y), is_glossy ? 0.0f : kOneMinusEpsilon};
 }
 
 // Direction in both spaces, and own density except the BSDF's. False where there is no direction.

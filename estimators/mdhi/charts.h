@@ -91,7 +91,6 @@ class Charts {
   const Scene* scene_;
   Domain domain_;
   LightSampling light_sampling_;
-  std::vector<float> glossy_shares_;  // [material]
 
   ShadingPoint point_;
   Frame frame_{Vec3(0.0f, 0.0f, 1.0f)};
@@ -100,9 +99,5 @@ class Charts {
   std::vector<LightProposal> lights_;  // the first active_ are set up
   std::vector<std::uint32_t> ids_;     // their indices in the scene
 };
-
-/// Share of the choices below which BoundBsdf::sample draws from the glossy lobe, a multiple of
-/// 2^-24 like the choices; 0 where there is no choice. Found by bisection through `sample`.
-float glossy_share(const Bsdf& bsdf) noexcept;
 
 }  // namespace penumbra::mdhi

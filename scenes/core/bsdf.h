@@ -68,9 +68,12 @@ class BoundBsdf {
   void sample(const VariateBlock& variates, std::size_t count, std::size_t at,
               VectorBlock& wi_local) const noexcept;
 
+  /// `sample` takes the glossy lobe where `Variates::choice` is below this.
+  float glossy_probability() const noexcept { return bsdf_->glossy_probability_; }
+
   /// Whether `sample` reads `Variates::choice`.
   bool uses_choice() const noexcept {
-    return bsdf_->glossy_probability_ > 0.0f && bsdf_->glossy_probability_ < 1.0f;
+    return glossy_probability() > 0.0f && glossy_probability() < 1.0f;
   }
 
  private:

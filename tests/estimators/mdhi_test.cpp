@@ -259,19 +259,6 @@ TEST(MdhiCharts, OfAMeshIntegrateToTheExactRadiance) {
   }
 }
 
-TEST(MdhiCharts, FindTheGlossyShareOfEveryMaterial) {
-  const auto share = [](double diffuse, double specular) {
-    return mdhi::glossy_share(Bsdf({"m", PhongMaterial{Rgb(static_cast<float>(diffuse)),
-                                                       Rgb(static_cast<float>(specular)), 20.0f}}));
-  };
-  // Sampling takes the lobe with ks/(kd + ks); choices are multiples of 2^-24, and so is the share.
-  EXPECT_NEAR(share(0.05, 0.45), 0.9f, 0x1p-23f);
-  EXPECT_NEAR(share(0.4, 0.1), 0.2f, 0x1p-23f);
-  EXPECT_EQ(share(0.5, 0.0), 0.0f);
-  EXPECT_EQ(share(0.0, 0.5), 0.0f) << "a lone lobe is no choice";
-  EXPECT_EQ(mdhi::glossy_share(Bsdf(lambert("l", 0.5))), 0.0f);
-}
-
 TEST(MdhiRecord, ItsWeightsReproduceTheEstimate) {
   for (const char id : {'B', 'F'}) {
     const PlacedPoint placed = build(fixture(id));
