@@ -49,6 +49,7 @@ Json estimators_json() {
                     {"unbiased", bias.empty()},
                     {"bias_reason", bias},
                     {"adaptive", entry->adaptive},
+                    {"shares_in_tile", entry->shares_in_tile},
                     {"min_srl", entry->min_srl},
                     {"params", params}});
   }
@@ -60,9 +61,10 @@ void print_estimators() {
     const std::string bias = entry->bias_reason(defaults_of(*entry));
     fmt::print("{}  {}\n", entry->name, entry->summary);
     fmt::print("    {}\n", entry->citation);
-    fmt::print("    {}; SRL {}, at least {}\n",
+    fmt::print("    {}; SRL {}, at least {}{}\n",
                bias.empty() ? "unbiased with its defaults" : "biased: " + bias,
-               entry->adaptive ? "A-B (initial-adaptive)" : "A", entry->min_srl);
+               entry->adaptive ? "A-B (initial-adaptive)" : "A", entry->min_srl,
+               entry->shares_in_tile ? "; shares within tiles" : "");
     for (const ParamSpec& spec : entry->params()) {
       fmt::print("    {:<16} {:<18} {}\n{:37}{}\n", spec.name, "= " + to_string(spec.default_value),
                  spec.doc, "", allowed_text(spec));
