@@ -54,8 +54,8 @@ std::string Charts::name(std::size_t chart) const {
   return domain_ == Domain::Mixed ? "bsdf" : "hemisphere";
 }
 
-// The lobe comes from the first coordinate, which is then stretched over the lobe's share; a quotient
-// that rounds to 1 stays below it.
+// The lobe comes from the first coordinate, which is then stretched over the lobe's share; a
+// quotient that rounds to 1 stays below it.
 Variates Charts::bsdf_variates(const Vec2& u) const noexcept {
   if (!bsdf_.uses_choice()) return {u, 0.0f};
   const float share = bsdf_.glossy_probability();

@@ -270,7 +270,7 @@ class SceneReader {
     if (has_grid) {
       read_grid(value["grid"], environment);
     } else {
-      environment.texels = {read_rgb(value["radiance"])};
+      environment.texels.push_back(read_rgb(value["radiance"]));
     }
     if (std::all_of(environment.texels.begin(), environment.texels.end(), is_black)) {
       scene_.warnings.push_back("environment \"" + environment.name +

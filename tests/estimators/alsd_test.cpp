@@ -80,8 +80,8 @@ struct TileRun {
 TileRun run_tiles(const PlacedPoint& placed, const ParamSet::Map& given, int srl, int spp,
                   int tiles, std::uint64_t seed) {
   const EstimatorEntry& entry = *find_estimator("alsd");
-  const std::unique_ptr<Estimator> estimator = entry.create(
-      *placed.scene, params_with(entry, given), {SamplerKind::Independent, srl, 0});
+  const std::unique_ptr<Estimator> estimator =
+      entry.create(*placed.scene, params_with(entry, given), {SamplerKind::Independent, srl, 0});
   const std::vector<ShadingPoint> points(64, placed.point);
   Tile tile;
   tile.width = tile.height = tile.image_width = 8;
@@ -102,8 +102,8 @@ TileRun run_tiles(const PlacedPoint& placed, const ParamSet::Map& given, int srl
     result.mean += mean / tiles;
     square_sum += mean * mean / tiles;
     for (std::size_t i = 0; i < map_values.size(); ++i) {
-      result.maps[i % maps] +=
-          static_cast<double>(map_values[i]) / static_cast<double>(map_values.size() / maps) / tiles;
+      result.maps[i % maps] += static_cast<double>(map_values[i]) /
+                               static_cast<double>(map_values.size() / maps) / tiles;
     }
   }
   result.variance = square_sum - result.mean * result.mean;
