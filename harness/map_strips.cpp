@@ -2,17 +2,25 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "harness/picture.h"
 
 namespace penumbra {
 namespace {
 
-// "alpha_left" as "α_{left}", the way the paper writes it.
+// "alpha_left" as "α_{left}", the way the paper writes it, "p_left" likewise; other names as words.
 std::string caption_of(const std::string& map_name) {
-  const std::string prefix = "alpha_";
-  if (map_name.rfind(prefix, 0) != 0) return map_name;
-  const std::string component = map_name.substr(prefix.size());
-  return "α_{" + (component == "bsdf" ? "BRDF" : component) + "}";
+  for (const auto& [prefix, symbol] :
+       {std::pair<std::string, std::string>{"alpha_", "α"}, {"p_", "P"}}) {
+    if (map_name.rfind(prefix, 0) != 0) continue;
+    const std::string component = map_name.substr(prefix.size());
+    return symbol + "_{" + (component == "bsdf" ? "BRDF" : component) + "}";
+  }
+  std::string words = map_name;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return words;
 }
 
 }  // namespace

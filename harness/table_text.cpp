@@ -43,7 +43,7 @@ std::string seconds(const std::optional<double>& value) {
 }
 
 std::string ratio_number(double value) {
-  return value >= 0.01 && value < 99.995 ? fmt::format("{:.2f}", value) : number(value);
+  return value >= 0.0995 && value < 99.995 ? fmt::format("{:.2f}", value) : number(value);
 }
 
 std::string interval(const std::optional<double>& value, const std::optional<double>& lo,

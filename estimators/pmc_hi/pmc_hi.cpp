@@ -84,7 +84,7 @@ class PmcHi final : public Estimator {
     }
     maps.push_back({"alpha_bsdf", weights});
     maps.push_back({"alpha_cone", weights});
-    maps.push_back({"cone_angle", "half angle of the cone after two iterations [rad]", 1.0f});
+    maps.push_back({"cone_angle", "half angle after 2 iterations [rad]", 1.0f});
     maps.push_back({"hits", "share of samples", 1.0f});
     maps.push_back({"rays", "share of samples", 1.0f});
     return maps;
