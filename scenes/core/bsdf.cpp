@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scenes/core/error.h"
 #include "scenes/core/frame.h"
 #include "scenes/core/sincos.h"
 #include "scenes/core/warp.h"
@@ -78,6 +79,7 @@ Bsdf::Bsdf(const MaterialDescription& material) {
     const float total = mean(diffuse_) + mean(specular_);
     glossy_probability_ = total > 0.0f ? mean(specular_) / total : 0.0f;
   } else {
+    PN_CHECK(std::holds_alternative<MixtureMaterial>(material.model), "the material is supported");
     const auto& mixture = std::get<MixtureMaterial>(material.model);
     type_ = BsdfType::Mixture;
     diffuse_ = mixture.diffuse.reflectance * (1.0f - mixture.glossy_weight);

@@ -12,6 +12,7 @@
 #include "scenes/core/ray_batch.h"
 #include "scenes/core/scene_description.h"
 #include "scenes/core/shading_point.h"
+#include "scenes/core/surface_geometry.h"
 
 namespace penumbra {
 
@@ -81,27 +82,14 @@ class Scene {
   ShadingPoint shading_point(const RayHit& hit, const Vec3& direction) const noexcept;
 
  private:
-  struct Geometry {
-    std::uint32_t material{0};
-    std::int32_t light{kNoLight};
-    std::uint32_t corners{3};  // 3, 4, or 0 for a sphere
-    std::vector<Vec3> vertices;
-    std::vector<std::uint32_t> indices;
-    Vec3 center;
-    float radius{0};
-  };
-
   void add_shape(const ShapeDescription& shape);
-  void add_light(const ShapeDescription& shape, Geometry& geometry);
-  void add_point_light(const PointLightDescription& description);
-  void add_environment(const EnvironmentDescription& description);
   void work_out_traits(const SceneDescription& normalised);
 
   std::string name_;
   Camera camera_;
   std::vector<Bsdf> bsdfs_;
   std::vector<Light> lights_;
-  std::vector<Geometry> geometries_;
+  std::vector<SurfaceGeometry> geometries_;
   RayScene rays_;
   SceneTraits traits_;
   std::string content_hash_;

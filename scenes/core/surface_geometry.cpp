@@ -1,0 +1,55 @@
+#include "scenes/core/surface_geometry.h"
+
+#include <array>
+
+#include "scenes/core/error.h"
+
+namespace penumbra {
+namespace {
+
+template <std::size_t N>
+void add_mesh(const std::vector<Vec3d>& vertices,
+              const std::vector<std::array<std::uint32_t, N>>& faces, SurfaceGeometry& geometry) {
+  geometry.corners = N;
+  geometry.vertices.assign(vertices.begin(), vertices.end());
+  geometry.indices.reserve(faces.size() * N);
+  for (const auto& face : faces) {
+    geometry.indices.insert(geometry.indices.end(), face.begin(), face.end());
+  }
+}
+
+void add(const RectangleShape& s, SurfaceGeometry& geometry) {
+  geometry.corners = 4;
+  geometry.vertices = {Vec3(s.origin), Vec3(s.origin + s.edge_u),
+                       Vec3(s.origin + s.edge_u + s.edge_v), Vec3(s.origin + s.edge_v)};
+  geometry.indices = {0, 1, 2, 3};
+}
+
+void add(const SphereShape& s, SurfaceGeometry& geometry) {
+  geometry.corners = 0;
+  geometry.center = Vec3(s.center);
+  geometry.radius = static_cast<float>(s.radius);
+}
+
+void add(const TriangleMeshShape& s, SurfaceGeometry& geometry) {
+  add_mesh(s.vertices, s.triangles, geometry);
+}
+
+void add(const QuadMeshShape& s, SurfaceGeometry& geometry) {
+  add_mesh(s.vertices, s.quads, geometry);
+}
+
+void add(const SubdivisionShape&, SurfaceGeometry&) {
+  throw InputError("subdivision surfaces are not supported");
+}
+
+}  // namespace
+
+SurfaceGeometry make_geometry(const ShapeDescription& shape) {
+  SurfaceGeometry geometry;
+  geometry.material = shape.material;
+  std::visit([&](const auto& s) { add(s, geometry); }, shape.shape);
+  return geometry;
+}
+
+}  // namespace penumbra

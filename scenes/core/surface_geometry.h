@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "scenes/core/scene_description.h"
+#include "scenes/core/vec.h"
+
+namespace penumbra {
+
+/// A shape in scene space and single precision, as rays meet it and shading points are made on it.
+struct SurfaceGeometry {
+  std::uint32_t material{0};
+  std::int32_t light{-1};    ///< of its emission, or kNoLight
+  std::uint32_t corners{3};  ///< of a face: 3, 4, or 0 for a sphere
+  std::vector<Vec3> vertices;
+  std::vector<std::uint32_t> indices;  ///< `corners` per face
+  Vec3 center{0.0f};                   ///< of a sphere
+  float radius{0.0f};
+};
+
+/// @param shape  normalised
+SurfaceGeometry make_geometry(const ShapeDescription& shape);
+
+/// Normal of a triangle, as long as twice its area.
+inline Vec3 triangle_normal(const Vec3* corner) noexcept {
+  return cross(corner[1] - corner[0], corner[2] - corner[0]);
+}
+
+}  // namespace penumbra
