@@ -6,6 +6,7 @@ EstimateCounters& EstimateCounters::operator+=(const EstimateCounters& other) {
   estimates += other.estimates;
   samples += other.samples;
   rays += other.rays;
+  lit += other.lit;
   iterations += other.iterations;
   uncovered += other.uncovered;
   return *this;

@@ -62,6 +62,7 @@ struct EstimateCounters {
   std::uint64_t estimates{0};
   std::uint64_t samples{0};
   std::uint64_t rays{0};
+  std::uint64_t lit{0};  ///< rays that brought light
   std::uint64_t iterations{0};
   std::uint64_t uncovered{0};  ///< samples with f > 0 where the mixture density was 0: must stay 0
 

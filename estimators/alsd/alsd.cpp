@@ -49,10 +49,12 @@ class Alsd final : public Estimator {
         scene_(&scene),
         mixture_(scene, light_sampling_of(params), false, most_samples(scene, budget),
                  Densities::Own),
-        evidence_(scene.lights().size(), kBlockSide * kBlockSide,
+        // A lone light has the probability 1 whatever is learned.
+        learns_(scene.sampled_lights().size() > (scene.keep_all() ? 0 : 1)),
+        evidence_(scene.lights().size(), learns_ ? kBlockSide * kBlockSide : 0,
                   {params.real("uniform_weight"), params.real("kappa")}),
-        pmf_(scene.lights().size()),
-        counts_(scene.lights().size() + 2),
+        pmf_(scene.lights().size(), 1.0),
+        counts_(scene.sampled_lights().size() + 2),
         expected_(counts_.size()) {}
 
   std::vector<MapInfo> maps() const override {
@@ -90,7 +92,7 @@ class Alsd final : public Estimator {
     evidence_.finish();
     for (int i = 0; i < width * height; ++i) {
       const int pixel = (y0 + i / width) * tile.width + x0 + i % width;
-      evidence_.probabilities(i, pmf_);
+      if (learns_) evidence_.probabilities(i, pmf_);
       write_maps(tile, pixel, out);
       for (int s = first_pass; s < tile.spp; ++s) {
         estimate_one(mixture_, tile, seed, pixel, s, out,
@@ -104,8 +106,10 @@ class Alsd final : public Estimator {
     const std::span<double> pmf = std::span(chosen_).first(lights);
     std::fill(pmf.begin(), pmf.end(), 1.0 / static_cast<double>(lights));
     const RgbSum sum = chosen_lights_estimate(mixture_, budget_, key, pmf, counts_, expected_);
-    evidence_.add_estimate(pixel_in_block, mixture_, expected_,
-                           budget_.srl() * static_cast<int>(lights));
+    if (learns_) {
+      evidence_.add_estimate(pixel_in_block, mixture_, expected_,
+                             budget_.srl() * static_cast<int>(lights));
+    }
     return narrow(sum);
   }
 
@@ -139,6 +143,7 @@ class Alsd final : public Estimator {
   double first_pass_;
   const Scene* scene_;
   Mixture mixture_;
+  bool learns_;
   Evidence evidence_;
   std::vector<double> pmf_;  // [scene light], of the pixel
   std::vector<double> chosen_ = std::vector<double>(scene_->lights().size());  // [active light]

@@ -40,7 +40,7 @@ class LightOnly final : public Estimator {
         mixture_(scene, light_sampling_of(params), false, most_samples(scene, budget),
                  Densities::Own),
         power_(scene.lights().size()),
-        pmf_(scene.lights().size() + 2),
+        pmf_(scene.sampled_lights().size() + 2),
         counts_(pmf_.size()),
         expected_(pmf_.size()) {
     for (std::size_t i = 0; i < power_.size(); ++i) {

@@ -26,25 +26,21 @@ Charts::Charts(const Scene& scene, Domain domain, LightSampling light_sampling)
       domain_(domain),
       light_sampling_(light_sampling),
       bsdf_(scene.bsdf(0), Vec3(0.0f, 0.0f, 1.0f)) {
-  std::size_t lights = 0;
-  for (const Light& light : scene.lights()) lights += light.is_delta() ? 0u : 1u;
-  lights_.resize(lights);
-  ids_.resize(lights);
+  lights_.resize(scene.sampled_lights().size());
+  ids_.resize(lights_.size());
 }
 
 void Charts::set_up(const ShadingPoint& point) noexcept {
   active_ = 0;
   point_ = point;
   const std::span<const Light> lights = scene_->lights();
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    if (lights[i].is_delta()) continue;
-    if (!lights_[active_].set_up(lights[i], light_sampling_, point.position,
-                                 point.geometric_normal)) {
+  for (const std::uint32_t id : scene_->sampled_lights()) {
+    if (!lights_[active_].set_up(lights[id], light_sampling_, point.position,
+                                 point.geometric_normal, scene_->keep_all())) {
       continue;
     }
-    ids_[active_++] = static_cast<std::uint32_t>(i);
+    ids_[active_++] = id;
   }
-  if (active_ == 0) return;
   frame_ = Frame(point.shading_normal);
   bsdf_ = BoundBsdf(scene_->bsdf(point.material), frame_.to_local(point.wo));
 }

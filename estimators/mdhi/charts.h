@@ -79,6 +79,10 @@ class Charts {
   /// @return [chart], of the own map as drawn [1/sr]; empty where only that one matters
   std::vector<float> all_pdfs(std::size_t chart, const ChartPoint& point) const;
 
+  /// The frame about the shading normal, and the BSDF in it.
+  const Frame& frame() const noexcept { return frame_; }
+  const BoundBsdf& bsdf() const noexcept { return bsdf_; }
+
   /// Origin of the rays.
   const Vec3& origin() const noexcept { return point_.position; }
 

@@ -72,12 +72,6 @@ LeafRules leaf_rules(const ParamSet& params) {
           .per_channel = params.text("contrast") == "rgb"};
 }
 
-std::size_t sampled_lights(const Scene& scene) {
-  return static_cast<std::size_t>(
-      std::count_if(scene.lights().begin(), scene.lights().end(),
-                    [](const Light& light) { return !light.is_delta(); }));
-}
-
 // A point of a chart with what its ray brought.
 struct Sample {
   std::size_t chart{0};
@@ -95,14 +89,12 @@ class Mdhi final : public Estimator {
         candidates_(static_cast<std::uint32_t>(params.integer("candidates"))),
         reconstruction_(reconstruction_of(params)),
         charts_(scene, domain_of(params), light_sampling_of(params)),
-        tree_(charts_.max_size(), sampled_lights(scene) * static_cast<std::size_t>(budget.srl()),
+        tree_(charts_.max_size(), scene.sampled_lights().size() * static_cast<std::size_t>(budget.srl()),
               leaf_rules(params)),
-        deltas_(scene, LightSampling::Area, false, 0, Densities::Own),
-        has_deltas_(sampled_lights(scene) < scene.lights().size()),
-        rays_(std::max<std::size_t>(
-            sampled_lights(scene) * static_cast<std::size_t>(budget.srl_initial), 1)),
+        exact_(scene),
+        rays_(scene.sampled_lights().size() * static_cast<std::size_t>(budget.srl_initial)),
         cells_(0) {
-    const std::size_t most = sampled_lights(scene) * static_cast<std::size_t>(budget.srl());
+    const std::size_t most = scene.sampled_lights().size() * static_cast<std::size_t>(budget.srl());
     samples_.reserve(most);
     weights_.resize(most);
     if (reconstruction_ != Reconstruction::Anisotropic) return;
@@ -115,7 +107,6 @@ class Mdhi final : public Estimator {
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {
     counters_ = {};
-    deltas_.counters() = {};
     std::size_t i = 0;
     for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) {
       for (int s = 0; s < tile.spp; ++s, ++i) {
@@ -128,17 +119,16 @@ class Mdhi final : public Estimator {
         if (!point.valid()) continue;
         ++counters_.estimates;
         EstimateRecord* record = out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr;
-        if (has_deltas_) {
-          deltas_.set_up(point, record);
-          out.radiance[i] = deltas_.delta_radiance();
-        }
         charts_.set_up(point);
+        if (exact_.possible()) {
+          out.radiance[i] =
+              exact_.radiance(point, charts_.frame(), charts_.bsdf(), counters_, record);
+        }
         if (charts_.active_lights() > 0) out.radiance[i] += one_point(key);
         if (record != nullptr) write_record(*record);
       }
     }
     out.counters += counters_;
-    out.counters += deltas_.counters();
   }
 
  private:
@@ -225,6 +215,7 @@ class Mdhi final : public Estimator {
       if (!sample.point.can_contribute()) continue;
       const std::int32_t light = scene_->emitter(rays_.hits[ray++], sample.point.wi);
       if (!charts_.sees(sample.chart, light)) continue;
+      ++counters_.lit;
       sample.point.fate = SampleFate::Lit;
       sample.f = sample.point.f_cos *
                  scene_->lights()[static_cast<std::size_t>(light)].radiance_along(sample.point.wi);
@@ -300,8 +291,7 @@ class Mdhi final : public Estimator {
   Reconstruction reconstruction_;
   Charts charts_;
   LeafTree tree_;
-  Mixture deltas_;  // for the light of delta lights only
-  bool has_deltas_;
+  ExactLight exact_;
   RayBatch rays_;
   AnisotropicCells cells_;
   EstimateCounters counters_;

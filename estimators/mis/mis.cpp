@@ -40,8 +40,8 @@ class Mis final : public Estimator {
         layout_(params.text("layout") == "pairs" ? Layout::Pairs : Layout::Shared),
         heuristic_(params.text("heuristic") == "power2" ? Heuristic::Power2 : Heuristic::Balance),
         mixture_(scene, light_sampling_of(params), false, most_samples(scene, budget)),
-        counts_(scene.lights().size() + 2),
-        coefficients_(scene.lights().size() + 2),
+        counts_(scene.sampled_lights().size() + 2),
+        coefficients_(scene.sampled_lights().size() + 2),
         density_(most_samples(scene, budget) + kLaneGroup) {}
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {

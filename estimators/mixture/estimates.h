@@ -14,9 +14,10 @@ namespace penumbra {
 RgbSum balance_sum(Mixture& mixture, std::span<const double> coefficients,
                    std::span<double> density) noexcept;
 
-/// Samples that one estimate draws at most: the size to make a mixture with.
+/// Samples that one estimate draws at most: the size to make a mixture with. None where no light has
+/// a density.
 inline std::size_t most_samples(const Scene& scene, const Budget& budget) noexcept {
-  return static_cast<std::size_t>(budget.srl()) * std::max<std::size_t>(scene.lights().size(), 1);
+  return static_cast<std::size_t>(budget.srl()) * scene.sampled_lights().size();
 }
 
 /// Counts of the shared MIS layout: half of each light's shadow rays for the light, the other half
@@ -51,8 +52,8 @@ RgbSum chosen_lights_estimate(Mixture& mixture, const Budget& budget, StreamKey 
                               std::span<const double> pmf, std::span<int> counts,
                               std::span<double> expected) noexcept;
 
-/// Makes estimate s of a pixel: binds the mixture to its point, adds the light of delta lights to
-/// what `one_point` returns and stores the sum, 0 where the point is not valid.
+/// Makes estimate s of a pixel: binds the mixture to its point, adds the light that needs no
+/// sampling to what `one_point` returns and stores the sum, 0 where the point is not valid.
 /// @param one_point  called with the key of the estimate where there are lights to draw from;
 ///                   returns their radiance
 template <typename OnePoint>
@@ -65,7 +66,7 @@ void estimate_one(Mixture& mixture, const Tile& tile, std::uint64_t seed, int pi
   if (!point.valid()) return;
   ++mixture.counters().estimates;
   mixture.set_up(point, out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr);
-  out.radiance[i] = mixture.delta_radiance();
+  out.radiance[i] = mixture.exact_radiance();
   if (mixture.active_lights() == 0) return;
   StreamKey key;
   key.seed = seed;

@@ -62,9 +62,9 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
       light_sampling_(light_sampling),
       lights_as_one_(lights_as_one),
       densities_(densities),
-      max_components_(scene.lights().size() + 2),
+      max_components_(scene.sampled_lights().size() + 2),
       bsdf_(scene.bsdf(0), Vec3(0.0f, 0.0f, 1.0f)),
-      light_pdfs_(scene.lights().size() + 1),
+      light_pdfs_(scene.sampled_lights().size() + 1),
       wi_(max_samples),
       f_(max_samples),
       component_(max_samples),
@@ -72,17 +72,15 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
       stride_(max_samples + kLaneGroup),
       pdfs_(densities == Densities::All ? stride_ * max_components_ : 0),
       rays_(max_samples),
-      delta_batch_(static_cast<std::size_t>(
-          std::count_if(scene.lights().begin(), scene.lights().end(),
-                        [](const Light& light) { return light.is_delta(); }))),
+      exact_(scene),
       record_index_(max_samples) {
   PN_CHECK(!lights_as_one || densities == Densities::All, "one component has one density");
-  active_.reserve(scene.lights().size());
-  active_ids_.reserve(scene.lights().size());
-  for (std::uint32_t i = 0; i < scene.lights().size(); ++i) {
-    if (scene.lights()[i].is_delta()) delta_ids_.push_back(i);
+  active_.reserve(scene.sampled_lights().size());
+  active_ids_.reserve(scene.sampled_lights().size());
+  if (scene.environment_light() != kNoLight) {
+    trace_all_ = &Mixture::trace<true, false>;
+    trace_selected_ = &Mixture::trace<true, true>;
   }
-  delta_rays_.reserve(delta_ids_.size());
 }
 
 void Mixture::set_up(const ShadingPoint& point, EstimateRecord* record) noexcept {
@@ -90,16 +88,17 @@ void Mixture::set_up(const ShadingPoint& point, EstimateRecord* record) noexcept
   active_ids_.clear();
   const std::span<const Light> lights = scene_->lights();
   LightProposal proposal;
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    if (lights[i].is_delta()) continue;
-    if (!proposal.set_up(lights[i], light_sampling_, point.position, point.geometric_normal))
+  for (const std::uint32_t id : scene_->sampled_lights()) {
+    if (!proposal.set_up(lights[id], light_sampling_, point.position, point.geometric_normal,
+                         scene_->keep_all())) {
       continue;
+    }
     active_.push_back(proposal);
-    active_ids_.push_back(static_cast<std::uint32_t>(i));
+    active_ids_.push_back(id);
   }
   point_ = point;
   record_ = nullptr;
-  if (active_.empty() && delta_ids_.empty()) return;
+  if (active_.empty() && !exact_.possible()) return;
   restrict_to_light(-1);
   frame_ = Frame(point.shading_normal);
   bsdf_ = BoundBsdf(scene_->bsdf(point.material), frame_.to_local(point.wo));
@@ -108,31 +107,9 @@ void Mixture::set_up(const ShadingPoint& point, EstimateRecord* record) noexcept
   if (record != nullptr) begin_record(record);
 }
 
-Rgb Mixture::delta_radiance() noexcept {
-  if (delta_ids_.empty()) return Rgb(0.0f);
-  delta_batch_.clear();
-  delta_rays_.clear();
-  for (const std::uint32_t id : delta_ids_) {
-    const auto sample =
-        sample_delta(scene_->lights()[id], point_.position, point_.geometric_normal);
-    if (!sample) continue;
-    ++counters_.samples;
-    const Vec3 local = frame_.to_local(sample->wi);
-    const Rgb f_cos = local.z > 0.0f ? bsdf_.evaluate(local).f_cos : Rgb(0.0f);
-    if (is_black(f_cos)) continue;
-    delta_batch_.add(point_.position, sample->wi);
-    delta_rays_.push_back({sample->distance, f_cos * sample->irradiance});
-  }
-  scene_->intersect(delta_batch_);
-  counters_.rays += delta_batch_.size();
-  RgbSum sum(0.0);
-  for (std::size_t i = 0; i < delta_rays_.size(); ++i) {
-    const RayHit& hit = delta_batch_.hits[i];
-    if (!hit.hit() || hit.distance >= delta_rays_[i].distance)
-      sum += widen(delta_rays_[i].reflected);
-  }
-  if (record_ != nullptr) record_->delta = narrow(sum);
-  return narrow(sum);
+Rgb Mixture::exact_radiance() noexcept {
+  if (!exact_.possible()) return Rgb(0.0f);
+  return exact_.radiance(point_, frame_, bsdf_, counters_, record_);
 }
 
 void Mixture::restrict_to_light(int i) noexcept {
@@ -150,7 +127,8 @@ void Mixture::draw(SamplerKind sampler, StreamKey key, std::span<const int> coun
     if (count > 0) draw_component(sampler, stream(key, k), k, count);
   }
   keep_block();
-  trace(first);
+  const bool selects = restricted_ || densities_ == Densities::Own;
+  (this->*(selects ? trace_selected_ : trace_all_))(first);
 }
 
 // Streams: a light's scene index; then all lights as one or the BSDF for all lights; the cone; the
@@ -312,23 +290,41 @@ void Mixture::keep_block() noexcept {
   drawn_.lights_only = true;
 }
 
+// Whether light counts for the sample that found it: with pairs and with own densities, light from
+// another light than the component's does not.
+bool Mixture::from_wanted_light(std::size_t sample, std::int32_t light) const noexcept {
+  const bool from_light = component_[sample] < light_components();
+  if (!restricted_ && !from_light) return true;
+  const int wanted = first_light_ + (from_light ? component_[sample] : 0);
+  return static_cast<std::uint32_t>(light) == active_ids_[static_cast<std::size_t>(wanted)];
+}
+
+// Traces the samples from `first` on and turns f into the integrand.
+// kEnvironment  the scene has one: rays that meet nothing see it
+// kSelects      not all light counts for all samples
+template <bool kEnvironment, bool kSelects>
 void Mixture::trace(std::size_t first) noexcept {
   scene_->intersect(rays_);
   counters_.rays += rays_.size();
+  const std::span<const Light> lights = scene_->lights();
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     const std::size_t sample = first + i;
-    const std::int32_t light = scene_->emitter(rays_.hits[i], wi_[sample]);
-    bool counts = light != kNoLight;
-    if (counts && (restricted_ || densities_ == Densities::Own)) {
-      const bool from_light = component_[sample] < light_components();
-      const int wanted = first_light_ + (from_light ? component_[sample] : 0);
-      counts = (!restricted_ && !from_light) ||
-               static_cast<std::uint32_t>(light) == active_ids_[static_cast<std::size_t>(wanted)];
+    const RayHit& hit = rays_.hits[i];
+    std::int32_t light = kNoLight;
+    if (hit.hit()) {
+      light = scene_->surface_emitter(hit, wi_[sample]);
+    } else if constexpr (kEnvironment) {
+      light = scene_->environment_light();
     }
-    f_[sample] =
-        counts ? f_[sample] *
-                     scene_->lights()[static_cast<std::size_t>(light)].radiance_along(wi_[sample])
-               : Rgb(0.0f);
+    bool counts = light != kNoLight;
+    if constexpr (kSelects) counts = counts && from_wanted_light(sample, light);
+    if (counts) {
+      const Light& source = lights[static_cast<std::size_t>(light)];
+      f_[sample] *= kEnvironment ? source.radiance_along(wi_[sample]) : source.radiance;
+      ++counters_.lit;
+    } else {
+      f_[sample] = Rgb(0.0f);
+    }
     if (record_ != nullptr) record_traced(sample, counts);
   }
 }

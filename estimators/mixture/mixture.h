@@ -7,12 +7,16 @@
 #include <vector>
 
 #include "estimators/estimator.h"
+#include "estimators/mixture/exact_light.h"
 #include "scenes/core/block.h"
 
 /// The multi-sample mixture that the estimators share: one component per light (or one for all
 /// lights), one for the BSDF, and an optional cone. It draws directions, evaluates the components'
 /// densities for each, and traces them as one batch. What weights the samples get is the
 /// estimator's business. Delta lights are no components: their light is added apart.
+///
+/// Components that can not contribute at a point are left out by rules that depend on scene and
+/// point alone (unless the scene keeps all): lights below the horizon, seen from behind or black.
 namespace penumbra {
 
 /// Double-precision RGB, for sums and weights.
@@ -61,9 +65,8 @@ class Mixture {
 
   const ShadingPoint& point() const noexcept { return point_; }
 
-  /// Reflected light of the delta lights at the point [W/(m^2 sr)], exact, with one ray for each
-  /// that is above the horizon.
-  Rgb delta_radiance() noexcept;
+  /// The part of the radiance at the point that needs no sampling [W/(m^2 sr)] (ExactLight).
+  Rgb exact_radiance() noexcept;
 
   /// Lights with a density that can contribute at the point; where there is none, there is nothing
   /// to draw.
@@ -134,7 +137,9 @@ class Mixture {
   void fill_light_pdfs() noexcept;
   std::size_t list_survivors() noexcept;
   void keep_block() noexcept;
+  template <bool kEnvironment, bool kSelects>
   void trace(std::size_t first) noexcept;
+  bool from_wanted_light(std::size_t sample, std::int32_t light) const noexcept;
   void begin_record(EstimateRecord* record) noexcept;
   void record_draw(std::span<const int> counts) noexcept;
   void record_block() noexcept;
@@ -184,15 +189,12 @@ class Mixture {
   std::size_t stride_;       // of pdfs_
   std::vector<float> pdfs_;  // [component][sample]
   RayBatch rays_;
+  // The loops over traced rays, chosen once per scene.
+  using Trace = void (Mixture::*)(std::size_t) noexcept;
+  Trace trace_all_ = &Mixture::trace<false, false>;
+  Trace trace_selected_ = &Mixture::trace<false, true>;
 
-  // Delta lights.
-  std::vector<std::uint32_t> delta_ids_;
-  struct DeltaRay {
-    float distance;
-    Rgb reflected;  // without occlusion
-  };
-  std::vector<DeltaRay> delta_rays_;
-  RayBatch delta_batch_;
+  ExactLight exact_;
 
   EstimateCounters counters_;
   EstimateRecord* record_{nullptr};

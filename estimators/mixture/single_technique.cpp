@@ -13,7 +13,7 @@ class SingleTechnique final : public Estimator {
       : budget_(budget),
         technique_(technique),
         mixture_(scene, LightSampling::Area, false, most_samples(scene, budget), Densities::Own),
-        counts_(scene.lights().size() + 2),
+        counts_(scene.sampled_lights().size() + 2),
         expected_(counts_.size()) {}
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {

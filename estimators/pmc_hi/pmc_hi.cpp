@@ -61,13 +61,11 @@ class PmcHi final : public Estimator {
         scene_(&scene),
         mixture_(scene, settings_.light_sampling, settings_.lights_as_one,
                  most_samples(scene, budget)),
-        max_components_(scene.lights().size() + 2),
+        max_components_(scene.sampled_lights().size() + 2),
         kernel_(settings_, max_components_),
         density_(most_samples(scene, budget) + kLaneGroup),
         weights_(most_samples(scene, budget)) {
-    const auto lights = static_cast<std::size_t>(
-        std::count_if(scene.lights().begin(), scene.lights().end(),
-                      [](const Light& light) { return !light.is_delta(); }));
+    const std::size_t lights = scene.sampled_lights().size();
     check_budget(settings_, budget, lights);
     const std::size_t most = most_iterations(static_cast<int>(lights));
     iterations_.resize(most);

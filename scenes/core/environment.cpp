@@ -32,12 +32,38 @@ Environment::Environment(std::span<const Rgb> texels, std::uint32_t columns, std
     power_ += Vec3d(texels[i]) * solid_angle;
   }
   black_ = !(total > 0.0);
-  if (black_) return;
+  if (black_) {
+    for (std::size_t i = 0; i < texels.size(); ++i) {
+      weights[i] = texel_solid_angle(static_cast<std::uint32_t>(i / columns));
+      total += weights[i];
+    }
+  } else {
+    find_lit_rows();
+  }
   distribution_ = PiecewiseConstant2D(weights, columns, rows);
   for (std::size_t i = 0; i < texels.size(); ++i) {
     pdfs_[i] = static_cast<float>(weights[i] / total /
                                   texel_solid_angle(static_cast<std::uint32_t>(i / columns)));
   }
+}
+
+void Environment::find_lit_rows() noexcept {
+  const auto is_lit = [](const Rgb& texel) { return !is_black(texel); };
+  const auto first = std::find_if(texels_.begin(), texels_.end(), is_lit) - texels_.begin();
+  const auto behind = std::find_if(texels_.rbegin(), texels_.rend(), is_lit).base();
+  const auto last = behind - texels_.begin() - 1;
+  const double step = M_PI / static_cast<double>(rows_);
+  // A little wider than the rows: a direction at their edge may be looked up in either.
+  lit_theta_min_ = static_cast<float>(static_cast<double>(first / columns_) * step - 1e-4);
+  lit_theta_max_ = static_cast<float>(static_cast<double>(last / columns_ + 1) * step + 1e-4);
+}
+
+bool Environment::can_light(const Vec3& normal) const noexcept {
+  if (black_) return false;
+  // Of all azimuths, the nearest to the normal is the normal's own.
+  const float theta = std::atan2(std::sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
+  const float right_angle = static_cast<float>(0.5 * M_PI);
+  return theta - lit_theta_max_ < right_angle && lit_theta_min_ - theta < right_angle;
 }
 
 double Environment::texel_solid_angle(std::uint32_t row) const noexcept {

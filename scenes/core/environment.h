@@ -24,6 +24,10 @@ class Environment {
   bool empty() const noexcept { return texels_.empty(); }
   /// Whether no texel emits.
   bool black() const noexcept { return black_; }
+  /// Whether a texel that emits can be above the horizon of a surface. By the rows alone, so that
+  /// true may be said where the answer is no.
+  /// @param normal  unit
+  bool can_light(const Vec3& normal) const noexcept;
   std::uint32_t columns() const noexcept { return columns_; }
   std::uint32_t rows() const noexcept { return rows_; }
 
@@ -38,7 +42,7 @@ class Environment {
                         ///< into a black texel
   };
 
-  /// Direction for a point u of the unit square. Not to be called where everything is black.
+  /// Direction for a point u of the unit square; uniform over the sphere where everything is black.
   Sample sample(const Vec2& u) const noexcept;
   /// Density of `sample` [1/sr]; 0 in black texels.
   float pdf_w(const Vec3& w) const noexcept;
@@ -52,6 +56,7 @@ class Environment {
 
  private:
   std::size_t texel(const Vec3& w) const noexcept;
+  void find_lit_rows() noexcept;
 
   std::uint32_t columns_{0}, rows_{0};
   std::vector<Rgb> texels_;
@@ -59,6 +64,8 @@ class Environment {
   PiecewiseConstant2D distribution_;  // over (column, row) coordinates in [0, 1)^2
   Vec3d power_{0.0};
   bool black_{true};
+  // Polar angles between which all texels that emit lie.
+  float lit_theta_min_{0.0f}, lit_theta_max_{0.0f};
 };
 
 }  // namespace penumbra

@@ -47,7 +47,7 @@ std::string_view to_string(LightSampling sampling) {
 }
 
 bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec3& from,
-                           const Vec3& normal) noexcept {
+                           const Vec3& normal, bool keep_all) noexcept {
   light_ = &light;
   from_ = from;
   switch (light.type) {
@@ -56,16 +56,17 @@ bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec
       const float base = dot(normal, light.origin - from);
       const float rise_u = std::max(dot(normal, light.edge_u), 0.0f);
       const float rise_v = std::max(dot(normal, light.edge_v), 0.0f);
-      return base + rise_u + rise_v > 0.0f && set_up_rectangle(sampling);
+      return (keep_all || base + rise_u + rise_v > 0.0f) && set_up_rectangle(sampling, keep_all);
     }
     case LightType::Sphere:
-      return dot(normal, light.center - from) + light.radius > 0.0f && set_up_sphere();
+      return (keep_all || dot(normal, light.center - from) + light.radius > 0.0f) &&
+             set_up_sphere(keep_all);
     case LightType::Mesh:
       mode_ = Mode::Mesh;
-      return highest_corner(light, from, normal) > 0.0f;
+      return keep_all || highest_corner(light, from, normal) > 0.0f;
     case LightType::Environment:
       mode_ = Mode::Environment;
-      return !light.environment.black();
+      return keep_all || light.environment.can_light(normal);
     case LightType::Point:
       break;  // no density: sample_delta
   }
@@ -83,12 +84,12 @@ std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
                      Rgb(Vec3(light.intensity / distance2))};
 }
 
-bool LightProposal::set_up_rectangle(LightSampling sampling) noexcept {
+bool LightProposal::set_up_rectangle(LightSampling sampling, bool keep_all) noexcept {
   const Light& light = *light_;
   to_origin_ = light.origin - from_;
   height_ = dot(light.normal, to_origin_);
   // On the dark side or in the plane of the light nothing arrives.
-  if (height_ == 0.0f || (!light.two_sided && height_ > 0.0f)) return false;
+  if (height_ == 0.0f || (!keep_all && !light.two_sided && height_ > 0.0f)) return false;
   const float length2_u = light.edge_u.length2();
   const float length2_v = light.edge_v.length2();
   inv_length2_u_ = 1.0f / length2_u;
@@ -133,7 +134,7 @@ bool LightProposal::set_up_rectangle(LightSampling sampling) noexcept {
   return true;
 }
 
-bool LightProposal::set_up_sphere() noexcept {
+bool LightProposal::set_up_sphere(bool keep_all) noexcept {
   const Light& light = *light_;
   const Vec3 to_center = light.center - from_;
   const float distance2 = to_center.length2();
@@ -141,7 +142,7 @@ bool LightProposal::set_up_sphere() noexcept {
   if (!(distance2 > radius2)) {
     mode_ = Mode::SphereInside;  // only a two-sided sphere lights its inside
     pdf_constant_ = uniform_sphere_pdf_w();
-    return light.two_sided;
+    return keep_all || light.two_sided;
   }
   mode_ = Mode::SphereCone;
   const float sin2 = radius2 / distance2;

@@ -93,11 +93,12 @@ class LightProposal {
   /// @param light     not a delta light
   /// @param from      origin of the rays, scene space
   /// @param normal    geometric normal on the side of the viewer
+  /// @param keep_all  also sets up lights that can not contribute, where they have a density at all
   /// @return false where the light can not contribute: wholly below the horizon, seen edge-on or
-  /// from behind. The
-  ///         decision depends on the point alone, so leaving the light out does not bias anything.
-  bool set_up(const Light& light, LightSampling sampling, const Vec3& from,
-              const Vec3& normal) noexcept;
+  /// from behind, black. The decision depends on the point alone, so leaving the light out does not
+  /// bias anything.
+  bool set_up(const Light& light, LightSampling sampling, const Vec3& from, const Vec3& normal,
+              bool keep_all = false) noexcept;
 
   const Light& light() const noexcept { return *light_; }
 
@@ -130,8 +131,8 @@ class LightProposal {
     Environment,
   };
 
-  bool set_up_rectangle(LightSampling sampling) noexcept;
-  bool set_up_sphere() noexcept;
+  bool set_up_rectangle(LightSampling sampling, bool keep_all) noexcept;
+  bool set_up_sphere(bool keep_all) noexcept;
   LightSample sample_rectangle_angle(const Vec2& u) const noexcept;
   float mesh_pdf_w(const Vec3& wi) const noexcept;
 

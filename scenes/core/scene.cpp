@@ -21,8 +21,10 @@ SceneDescription normalised(SceneDescription scene, SceneTraits& traits) {
 
 }  // namespace
 
-Scene::Scene(const SceneDescription& description)
-    : name_(description.name), content_hash_(penumbra::content_hash(description)) {
+Scene::Scene(const SceneDescription& description, const SceneOptions& options)
+    : name_(description.name),
+      content_hash_(penumbra::content_hash(description)),
+      keep_all_(options.keep_all) {
   const SceneDescription scene = normalised(description, traits_);
   camera_ = Camera(scene.camera);
   bsdfs_.reserve(scene.materials.size() + 1);
@@ -38,6 +40,13 @@ Scene::Scene(const SceneDescription& description)
   if (scene.environment) {
     environment_light_ = static_cast<std::int32_t>(lights_.size());
     lights_.push_back(make_light(*scene.environment));
+  } else if (keep_all_) {
+    // Night: sampled like any sky.
+    environment_light_ = static_cast<std::int32_t>(lights_.size());
+    lights_.push_back(make_light(EnvironmentDescription{"environment (kept)", 1, 1, {Rgb(0.0f)}}));
+  }
+  for (std::uint32_t i = 0; i < lights_.size(); ++i) {
+    (lights_[i].is_delta() ? delta_lights_ : sampled_lights_).push_back(i);
   }
   rays_.commit();
   work_out_traits(scene);
@@ -74,7 +83,7 @@ void Scene::work_out_traits(const SceneDescription& scene) {
     if (light.type == LightType::Mesh) ++traits_.mesh_lights;
     if (light.type == LightType::Point) ++traits_.point_lights;
   }
-  traits_.has_environment = environment_light_ != kNoLight;
+  traits_.has_environment = scene.environment.has_value();
   traits_.materials = scene.materials.size();
   for (const Bsdf& bsdf : std::span(bsdfs_).first(scene.materials.size())) {
     traits_.all_diffuse = traits_.all_diffuse && bsdf.type() == BsdfType::Lambert;

@@ -31,6 +31,13 @@ struct SceneTraits {
   std::size_t ray_scene_bytes{0};
 };
 
+/// How a scene is loaded.
+struct SceneOptions {
+  /// Builds every part whether the scene needs it or not, and lets estimators sample components that
+  /// can not contribute: what leaving out is compared with. The true image is the same.
+  bool keep_all{false};
+};
+
 /// A loaded scene: immutable and shared by all threads. Geometry is recentred and rescaled in
 /// double precision to a diagonal of order 1 to 10 by a power of two, so that nothing downstream
 /// depends on units or on the distance from the origin. Radiance does not change under that;
@@ -38,11 +45,14 @@ struct SceneTraits {
 class Scene {
  public:
   /// @throws InputError when there is nothing to render, or a point light is too far away for float
-  explicit Scene(const SceneDescription& description);
+  explicit Scene(const SceneDescription& description, const SceneOptions& options = {});
 
   const std::string& name() const noexcept { return name_; }
   const Camera& camera() const noexcept { return camera_; }
   std::span<const Light> lights() const noexcept { return lights_; }
+  /// Indices of the lights that have a density over directions, and of those that have none.
+  std::span<const std::uint32_t> sampled_lights() const noexcept { return sampled_lights_; }
+  std::span<const std::uint32_t> delta_lights() const noexcept { return delta_lights_; }
   const Bsdf& bsdf(std::uint32_t material) const noexcept { return bsdfs_[material]; }
   /// Index of the material that turns radiance into irradiance: f = 1, so that the reflected
   /// "radiance" is the integral of arriving radiance x cosine [W/m^2].
@@ -52,6 +62,8 @@ class Scene {
   /// The environment's index among the lights, or kNoLight.
   std::int32_t environment_light() const noexcept { return environment_light_; }
   const SceneTraits& traits() const noexcept { return traits_; }
+  /// Whether nothing is left out: neither parts of the scene nor components of mixtures.
+  bool keep_all() const noexcept { return keep_all_; }
 
   /// Hash of everything that decides the truth: geometry, materials, emission, camera; hexadecimal,
   /// 32 digits.
@@ -69,7 +81,11 @@ class Scene {
   /// Light whose emitting side a ray along `direction` met, or kNoLight. A ray that met nothing
   /// sees the environment where there is one.
   std::int32_t emitter(const RayHit& hit, const Vec3& direction) const noexcept {
-    if (!hit.hit()) return environment_light_;
+    return hit.hit() ? surface_emitter(hit, direction) : environment_light_;
+  }
+
+  /// The same for a ray that met a surface.
+  std::int32_t surface_emitter(const RayHit& hit, const Vec3& direction) const noexcept {
     const std::int32_t light = geometries_[hit.geometry].light;
     if (light == kNoLight) return kNoLight;
     return lights_[static_cast<std::size_t>(light)].emits_against(direction, hit.normal) ? light
@@ -89,11 +105,13 @@ class Scene {
   Camera camera_;
   std::vector<Bsdf> bsdfs_;
   std::vector<Light> lights_;
+  std::vector<std::uint32_t> sampled_lights_, delta_lights_;
   std::vector<SurfaceGeometry> geometries_;
   RayScene rays_;
   SceneTraits traits_;
   std::string content_hash_;
   std::int32_t environment_light_{kNoLight};
+  bool keep_all_{false};
   RayRecorder* recorder_{nullptr};
 };
 
