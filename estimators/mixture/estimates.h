@@ -14,8 +14,8 @@ namespace penumbra {
 RgbSum balance_sum(Mixture& mixture, std::span<const double> coefficients,
                    std::span<double> density) noexcept;
 
-/// Samples that one estimate draws at most: the size to make a mixture with. None where no light has
-/// a density.
+/// Samples that one estimate draws at most: the size to make a mixture with. None where no light
+/// has a density.
 inline std::size_t most_samples(const Scene& scene, const Budget& budget) noexcept {
   return static_cast<std::size_t>(budget.srl()) * scene.sampled_lights().size();
 }

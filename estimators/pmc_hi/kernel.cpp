@@ -24,7 +24,9 @@ Kernel::Kernel(const Settings& settings, std::size_t max_components)
       counts_(max_components),
       coefficients_(max_components) {}
 
-void Kernel::start(const Mixture& mixture, const StreamKey& key, int samples) noexcept {
+void Kernel::start(const Mixture& mixture, const StreamKey& key, int samples,
+                   bool learn_cone) noexcept {
+  learn_cone_ = learn_cone;
   m_ = static_cast<std::size_t>(mixture.components());
   has_cone_ = false;
   std::fill(evidence_.begin(), evidence_.end(), 0.0);
@@ -80,7 +82,7 @@ void Kernel::learn(Mixture& mixture, std::size_t first, std::span<const double> 
   if (hits == 0 || !normalise(learned)) return forget_cone(mixture);
 
   const bool had_cone = has_cone_;
-  mixture.cone() = settings_->cone && hits >= settings_->cone_min_hits
+  mixture.cone() = learn_cone_ && hits >= settings_->cone_min_hits
                        ? fit_cone(mixture, first, weights, settings_->cone_rules)
                        : Cone{};
   has_cone_ = mixture.cone().active();

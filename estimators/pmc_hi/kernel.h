@@ -19,8 +19,9 @@ class Kernel {
   Kernel(const Settings& settings, std::size_t max_components);
 
   /// Weights and counts of the initial iteration, without a cone.
-  /// @param samples  of the iteration
-  void start(const Mixture& mixture, const StreamKey& key, int samples) noexcept;
+  /// @param samples     of the iteration
+  /// @param learn_cone  whether later iterations of this estimate have one
+  void start(const Mixture& mixture, const StreamKey& key, int samples, bool learn_cone) noexcept;
 
   /// Counts of an adaptive iteration from the weights learned before.
   void next(const StreamKey& key, int samples) noexcept;
@@ -45,6 +46,7 @@ class Kernel {
 
   const Settings* settings_;
   std::size_t m_{0};
+  bool learn_cone_{true};
   bool has_cone_{false};
   std::vector<double> alpha_;
   std::vector<double> learned_;

@@ -104,23 +104,23 @@ class PmcHi final : public Estimator {
   }
 
   // Samples per adaptive iteration for m components.
-  int population(int light_components) const noexcept {
+  int population(int light_components, bool with_cone) const noexcept {
     if (settings_.population > 0) return settings_.population;
-    return 2 * (light_components + 1 + (settings_.cone ? 1 : 0));
+    return 2 * (light_components + 1 + (with_cone ? 1 : 0));
   }
 
-  int adaptive_iterations(int active_lights, int light_components) const noexcept {
+  int adaptive_iterations(int active_lights, int light_components, bool with_cone) const noexcept {
     const int rays = budget_.srl_adaptive * active_lights;
     if (!settings_.adapt || rays == 0) return 0;
-    const int populations = std::max(1, rays / population(light_components));
+    const int populations = std::max(1, rays / population(light_components, with_cone));
     return settings_.two_stage ? std::min(settings_.base_iterations + 1, populations) : populations;
   }
 
   // Samples of adaptive iteration t >= 1 of `count`. Populations: nearly equal shares, the first
   // take what is left over. Two stages: populations, then all the rest at once.
-  int adaptive_samples(int t, int count, int rays) const noexcept {
+  int adaptive_samples(int t, int count, int rays, bool with_cone) const noexcept {
     if (!settings_.two_stage) return rays / count + (t <= rays % count ? 1 : 0);
-    const int base = population(mixture_.light_components());
+    const int base = population(mixture_.light_components(), with_cone);
     return t < count ? base : rays - (count - 1) * base;
   }
 
@@ -128,23 +128,37 @@ class PmcHi final : public Estimator {
   std::size_t most_iterations(int lights) const noexcept {
     int most = 0;
     for (int active = 1; active <= lights; ++active) {
-      most = std::max(most, adaptive_iterations(active, settings_.lights_as_one ? 1 : active));
+      // Without a cone populations are smaller.
+      const bool with_cone = settings_.cone == ConeUse::Always;
+      most = std::max(most,
+                      adaptive_iterations(active, settings_.lights_as_one ? 1 : active, with_cone));
     }
     return static_cast<std::size_t>(most) + 1;
   }
 
+  // The cone narrows a light down to the part that is not hidden. Where nothing can hide any of it,
+  // the other components are at least as good.
+  bool needs_cone() const noexcept {
+    if (settings_.cone != ConeUse::Needed) return settings_.cone == ConeUse::Always;
+    for (int i = 0; i < mixture_.active_lights(); ++i) {
+      if (scene_->may_be_occluded(mixture_.light_index(i), mixture_.point())) return true;
+    }
+    return false;
+  }
+
   Rgb one_point(StreamKey key) noexcept {
     const int lights = mixture_.active_lights();
-    const int count = adaptive_iterations(lights, mixture_.light_components()) + 1;
+    const bool with_cone = needs_cone();
+    const int count = adaptive_iterations(lights, mixture_.light_components(), with_cone) + 1;
     const int initial_rays = (settings_.adapt ? budget_.srl_initial : budget_.srl()) * lights;
     const int adaptive_rays = count > 1 ? budget_.srl_adaptive * lights : 0;
     for (int t = 0; t < count; ++t) {
       key.iteration = static_cast<std::uint32_t>(t);
       Iteration& it = iterations_[static_cast<std::size_t>(t)];
       it = {};
-      it.n = t == 0 ? initial_rays : adaptive_samples(t, count - 1, adaptive_rays);
+      it.n = t == 0 ? initial_rays : adaptive_samples(t, count - 1, adaptive_rays, with_cone);
       if (t == 0) {
-        kernel_.start(mixture_, key, it.n);
+        kernel_.start(mixture_, key, it.n, with_cone);
       } else {
         kernel_.next(key, it.n);
       }

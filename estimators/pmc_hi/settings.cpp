@@ -70,7 +70,9 @@ std::span<const ParamSpec> specs() {
            "weights learned from the last or from all iterations"),
       text("combine", {"average", "sqrt", "last", "adaptive_only", "inverse_variance", "pooled"},
            "how iterations become one estimate; the last two are biased"),
-      {.name = "cone", .default_value = true, .doc = "false leaves the cone component out"},
+      text("cone", {"needed", "always", "never"},
+           "where the cone is a component: at points with something between them and a light that "
+           "can contribute, everywhere (the literal paper), or nowhere"),
       number("alpha_cone", 0.2, 0.0, 0.9, "weight of the cone when it enters the mixture"),
       number("cone_min_hits", std::int64_t{2}, 1, 64,
              "samples with positive weight that a cone needs; 1 is the literal paper"),
@@ -101,7 +103,7 @@ Settings read_settings(const ParamSet& params) {
   s.update = choice<Update>(params, "update");
   s.cumulative = params.text("memory") == "cumulative";
   s.combine = choice<Combine>(params, "combine");
-  s.cone = params.boolean("cone");
+  s.cone = choice<ConeUse>(params, "cone");
   s.alpha_cone = params.real("alpha_cone");
   s.cone_min_hits = static_cast<int>(params.integer("cone_min_hits"));
   s.cone_rules = {choice<BetaRule>(params, "beta_rule"), params.real("beta_scale"),
@@ -182,7 +184,8 @@ void check_budget(const Settings& s, const Budget& budget, std::size_t lights) {
   }
   // Every iteration has at least a population or all adaptive rays. The automatic population, twice
   // the components, holds n_min = 2 always and more for few lights only.
-  const int population = s.population > 0 ? s.population : 2 * (components + (s.cone ? 1 : 0));
+  const int population =
+      s.population > 0 ? s.population : 2 * (components + (s.cone == ConeUse::Always ? 1 : 0));
   const bool in_populations =
       s.adapt && (!s.two_stage || s.base_iterations > 0) && budget.srl_adaptive > 0;
   if (in_populations && population < s.n_min * components) {

@@ -11,6 +11,12 @@ namespace penumbra::pmc_hi {
 enum class Denominator : std::uint8_t { Counts, Alpha };
 enum class Update : std::uint8_t { Tag, RaoBlackwell };
 enum class Combine : std::uint8_t { Average, Sqrt, Last, AdaptiveOnly, InverseVariance, Pooled };
+/// Where the cone is a component.
+enum class ConeUse : std::uint8_t {
+  Needed,  ///< where something can lie between the point and one of its lights
+  Always,  ///< the literal paper
+  Never,
+};
 enum class Initial : std::uint8_t { Equal, MisSplit };
 
 /// The estimator's parameters as declared in `specs()`, with names resolved.
@@ -18,7 +24,7 @@ struct Settings {
   LightSampling light_sampling{LightSampling::Area};
   bool lights_as_one{false};
   bool adapt{true};
-  bool cone{true};
+  ConeUse cone{ConeUse::Needed};
   bool two_stage{false};   ///< a few populations to adapt, then one iteration with the rest
   int base_iterations{1};  ///< populations of the first stage, after the initial one
   int population{0};       ///< samples per adaptive iteration; 0: twice the number of components

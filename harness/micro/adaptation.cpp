@@ -83,7 +83,7 @@ class PmcHiEstimate {
   void begin(std::size_t t) {
     key_.iteration = static_cast<std::uint32_t>(t);
     if (t == 0) {
-      kernel_.start(mixture_, key_, iterations_[t].n);
+      kernel_.start(mixture_, key_, iterations_[t].n, true);
     } else {
       kernel_.next(key_, iterations_[t].n);
     }

@@ -66,6 +66,7 @@ void Scene::add_shape(const ShapeDescription& shape) {
   } else {
     rays_.add_quads(geometry.vertices, geometry.indices);
   }
+  occluders_.add(geometry);
   geometries_.push_back(std::move(geometry));
 }
 

@@ -9,6 +9,7 @@
 #include "scenes/core/bsdf.h"
 #include "scenes/core/camera.h"
 #include "scenes/core/light.h"
+#include "scenes/core/occluders.h"
 #include "scenes/core/ray_batch.h"
 #include "scenes/core/scene_description.h"
 #include "scenes/core/shading_point.h"
@@ -33,8 +34,8 @@ struct SceneTraits {
 
 /// How a scene is loaded.
 struct SceneOptions {
-  /// Builds every part whether the scene needs it or not, and lets estimators sample components that
-  /// can not contribute: what leaving out is compared with. The true image is the same.
+  /// Builds every part whether the scene needs it or not, and lets estimators sample components
+  /// that can not contribute: what leaving out is compared with. The true image is the same.
   bool keep_all{false};
 };
 
@@ -92,6 +93,12 @@ class Scene {
                                                                                          : kNoLight;
   }
 
+  /// Whether something can lie between a point and a light (Occluders); true where all is kept.
+  bool may_be_occluded(std::uint32_t light, const ShadingPoint& point) const noexcept {
+    return keep_all_ || occluders_.may_be_between(lights_[light], static_cast<std::int32_t>(light),
+                                                  point.position, point.geometric_normal);
+  }
+
   /// The surface at a hit as a shading point seen along `direction`. The position comes from the
   /// primitive's own coordinates, which are exact to rounding at any distance from the ray's
   /// origin.
@@ -107,6 +114,7 @@ class Scene {
   std::vector<Light> lights_;
   std::vector<std::uint32_t> sampled_lights_, delta_lights_;
   std::vector<SurfaceGeometry> geometries_;
+  Occluders occluders_;
   RayScene rays_;
   SceneTraits traits_;
   std::string content_hash_;

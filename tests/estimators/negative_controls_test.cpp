@@ -143,7 +143,8 @@ std::vector<Variant> unbiased_variants() {
       {"all_as_one", {{"light_mode", Text("all_as_one")}}},
       {"two_stage", {{"schedule", Text("two_stage")}}},
       {"two_stage_at_once", {{"schedule", Text("two_stage")}, {"base_iterations", Integer{0}}}},
-      {"no_cone", {{"cone", false}}},
+      {"no_cone", {{"cone", Text("never")}}},
+      {"cone_always", {{"cone", Text("always")}}},
       {"population_3", {{"population", Integer{3}}}},  // as many samples as components
       {"population_8", {{"population", Integer{8}}}},
       {"population_16", {{"population", Integer{16}}}},
