@@ -19,6 +19,44 @@ SceneDescription normalised(SceneDescription scene, SceneTraits& traits) {
   return scene;
 }
 
+struct SurfacePoint {
+  Vec3 position;
+  Vec3 normal;  // unit, right-handed
+};
+
+SurfacePoint sphere_point(const SurfaceGeometry& sphere, const Vec3& hit_normal) noexcept {
+  const Vec3 normal = hit_normal.normalized();
+  return {sphere.center + normal * sphere.radius, normal};
+}
+
+SurfacePoint face_point(const SurfaceGeometry& mesh, std::uint32_t face, float u,
+                        float v) noexcept {
+  const std::uint32_t* index = &mesh.indices[std::size_t{face} * mesh.corners];
+  const auto vertex = [&](std::uint32_t k) { return mesh.vertices[index[k]]; };
+  Vec3 corner[3] = {vertex(0), vertex(1), vertex(mesh.corners - 1)};
+  // The second half of a quadrilateral is the triangle 2-3-1 with both coordinates counted from
+  // its far corner.
+  if (mesh.corners == 4 && u + v > 1.0f) {
+    corner[0] = vertex(2), corner[1] = vertex(3), corner[2] = vertex(1);
+    u = 1.0f - u;
+    v = 1.0f - v;
+  }
+  return {corner[0] * (1.0f - u - v) + corner[1] * u + corner[2] * v,
+          triangle_normal(corner).normalized()};
+}
+
+// Of a triangle mesh with normals; a corner without one has the face's own.
+Vec3 interpolated_normal(const SurfaceGeometry& mesh, const RayHit& hit) noexcept {
+  const std::uint32_t* index = &mesh.indices[std::size_t{hit.primitive} * 3];
+  const float weights[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+  Vec3 sum(0.0f);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3& n = mesh.normals[index[k]];
+    sum += (n == Vec3(0.0f) ? hit.normal.normalized() : n) * weights[k];
+  }
+  return sum;
+}
+
 }  // namespace
 
 Scene::Scene(const SceneDescription& description)
@@ -85,39 +123,31 @@ void Scene::work_out_traits(const SceneDescription& scene) {
 
 ShadingPoint Scene::shading_point(const RayHit& hit, const Vec3& direction) const noexcept {
   const SurfaceGeometry& geometry = geometries_[hit.geometry];
-  Vec3 position;
-  Vec3 normal;
-  if (geometry.corners == 0) {
-    normal = hit.normal.normalized();
-    position = geometry.center + normal * geometry.radius;
-  } else {
-    const std::uint32_t* index = &geometry.indices[std::size_t{hit.primitive} * geometry.corners];
-    const auto vertex = [&](std::uint32_t k) { return geometry.vertices[index[k]]; };
-    Vec3 corner[3] = {vertex(0), vertex(1), vertex(geometry.corners - 1)};
-    float u = hit.u;
-    float v = hit.v;
-    // The second half of a quadrilateral is the triangle 2-3-1 with both coordinates counted from
-    // its far corner.
-    if (geometry.corners == 4 && u + v > 1.0f) {
-      corner[0] = vertex(2), corner[1] = vertex(3), corner[2] = vertex(1);
-      u = 1.0f - u;
-      v = 1.0f - v;
-    }
-    normal = triangle_normal(corner).normalized();
-    position = corner[0] * (1.0f - u - v) + corner[1] * u + corner[2] * v;
-  }
+  SurfacePoint surface = geometry.corners == 0 ? sphere_point(geometry, hit.normal)
+                                               : face_point(geometry, hit.primitive, hit.u, hit.v);
   ShadingPoint point;
   point.light = emitter(hit, direction);
-  if (dot(normal, direction) > 0.0f) normal = -normal;
-  point.position = offset_ray_origin(position, normal);
-  point.geometric_normal = normal;
-  point.shading_normal = normal;
+  if (dot(surface.normal, direction) > 0.0f) surface.normal = -surface.normal;
+  point.position = offset_ray_origin(surface.position, surface.normal);
+  point.geometric_normal = surface.normal;
   point.wo = -direction;
+  point.shading_normal =
+      geometry.normals.empty()
+          ? surface.normal
+          : make_shading_normal(interpolated_normal(geometry, hit), surface.normal, point.wo);
   // Grazing to rounding: no outgoing hemisphere is left.
-  const bool visible = dot(normal, point.wo) > 0.0f;
+  const bool visible = dot(surface.normal, point.wo) > 0.0f;
   point.material =
       visible && !bsdfs_[geometry.material].is_black() ? geometry.material : ShadingPoint::kInvalid;
   return point;
+}
+
+Vec2 Scene::surface_uv(const RayHit& hit) const noexcept {
+  const SurfaceGeometry& geometry = geometries_[hit.geometry];
+  if (geometry.uvs.empty()) return Vec2(0.0f);
+  const std::uint32_t* index = &geometry.indices[std::size_t{hit.primitive} * 3];
+  return geometry.uvs[index[0]] * (1.0f - hit.u - hit.v) + geometry.uvs[index[1]] * hit.u +
+         geometry.uvs[index[2]] * hit.v;
 }
 
 }  // namespace penumbra

@@ -81,6 +81,10 @@ class Scene {
   /// origin.
   ShadingPoint shading_point(const RayHit& hit, const Vec3& direction) const noexcept;
 
+  /// Texture coordinates of the surface at a hit; (0, 0) on what has none: quadrilaterals, spheres,
+  /// subdivision surfaces and meshes without them.
+  Vec2 surface_uv(const RayHit& hit) const noexcept;
+
  private:
   void add_shape(const ShapeDescription& shape);
   void work_out_traits(const SceneDescription& normalised);

@@ -30,6 +30,25 @@ struct ShadingPoint {
   bool valid() const noexcept { return material != kInvalid; }
 };
 
+/// The shading normal of a point from what its surface interpolates there. Unit, finite, and on the
+/// side of both the viewer and the geometric normal, by these rules in turn:
+/// 1. Without a direction (normals that cancel, not finite), it is the geometric normal.
+/// 2. On the far side of the geometric normal it is turned round: meshes whose normals point
+/// inwards
+///    shade like those whose normals point outwards, and both sides of a surface alike.
+/// 3. Where it turns away from the viewer, within 1e-3 of a right angle or beyond, as near
+///    silhouettes of coarse meshes, it is bent towards the viewer in the plane of the two, up to
+///    a cosine of 1e-3. Turning it round instead would light such points from behind, and dropping
+///    them would leave black dots.
+/// Directions below either normal reflect nothing, so what a shading normal changes is a loss,
+/// never a gain: the reflected radiance stays below the albedo times the largest arriving one. The
+/// rules are this project's own.
+/// @param interpolated      any length
+/// @param geometric_normal  unit, on the side of the viewer
+/// @param wo                unit, towards the viewer
+Vec3 make_shading_normal(const Vec3& interpolated, const Vec3& geometric_normal,
+                         const Vec3& wo) noexcept;
+
 /// What is estimated at the points of an image.
 enum class Quantity : std::uint8_t {
   Radiance,    ///< reflected towards the viewer by direct light [W/(m^2 sr)]

@@ -1,6 +1,7 @@
 #include "scenes/core/surface_geometry.h"
 
 #include <array>
+#include <cmath>
 
 #include "scenes/core/error.h"
 
@@ -33,6 +34,13 @@ void add(const SphereShape& s, SurfaceGeometry& geometry) {
 
 void add(const TriangleMeshShape& s, SurfaceGeometry& geometry) {
   add_mesh(s.vertices, s.triangles, geometry);
+  PN_CHECK(s.normals.empty() || s.normals.size() == s.vertices.size(), "one normal per vertex");
+  PN_CHECK(s.uvs.empty() || s.uvs.size() == s.vertices.size(), "one uv per vertex");
+  geometry.normals.reserve(s.normals.size());
+  for (const Vec3& n : s.normals) {
+    geometry.normals.push_back(is_usable_normal(n) ? Vec3(Vec3d(n).normalized()) : Vec3(0.0f));
+  }
+  geometry.uvs = s.uvs;
 }
 
 void add(const QuadMeshShape& s, SurfaceGeometry& geometry) {
@@ -44,6 +52,10 @@ void add(const SubdivisionShape&, SurfaceGeometry&) {
 }
 
 }  // namespace
+
+bool is_usable_normal(const Vec3& n) noexcept {
+  return std::isfinite(n.x) && std::isfinite(n.y) && std::isfinite(n.z) && n != Vec3(0.0f);
+}
 
 SurfaceGeometry make_geometry(const ShapeDescription& shape) {
   SurfaceGeometry geometry;

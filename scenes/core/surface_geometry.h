@@ -15,12 +15,18 @@ struct SurfaceGeometry {
   std::uint32_t corners{3};  ///< of a face: 3, 4, or 0 for a sphere
   std::vector<Vec3> vertices;
   std::vector<std::uint32_t> indices;  ///< `corners` per face
-  Vec3 center{0.0f};                   ///< of a sphere
+  std::vector<Vec3> normals;  ///< [vertex] unit, or 0: the face's own normal there; empty: flat
+  std::vector<Vec2> uvs;      ///< [vertex]; empty: none
+  Vec3 center{0.0f};          ///< of a sphere
   float radius{0.0f};
 };
 
 /// @param shape  normalised
 SurfaceGeometry make_geometry(const ShapeDescription& shape);
+
+/// Whether a vertex normal has a direction: finite, and not 0. Where it has none, the face's own
+/// normal stands in for it.
+bool is_usable_normal(const Vec3& n) noexcept;
 
 /// Normal of a triangle, as long as twice its area.
 inline Vec3 triangle_normal(const Vec3* corner) noexcept {
