@@ -126,13 +126,14 @@ class Mdhi final : public Estimator {
         const ShadingPoint& point = tile.point(pixel, s);
         out.radiance[i] = Rgb(0.0f);
         if (!point.valid()) continue;
+        const SurfaceValues* const surface = tile.surface(pixel, s);
         ++counters_.estimates;
         EstimateRecord* record = out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr;
         if (has_deltas_) {
-          deltas_.set_up(point, record);
+          deltas_.set_up(point, surface, record);
           out.radiance[i] = deltas_.delta_radiance();
         }
-        charts_.set_up(point);
+        charts_.set_up(point, surface);
         if (charts_.active_lights() > 0) out.radiance[i] += one_point(key);
         if (record != nullptr) write_record(*record);
       }

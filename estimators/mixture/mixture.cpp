@@ -85,7 +85,8 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
   delta_rays_.reserve(delta_ids_.size());
 }
 
-void Mixture::set_up(const ShadingPoint& point, EstimateRecord* record) noexcept {
+void Mixture::set_up(const ShadingPoint& point, const SurfaceValues* surface,
+                     EstimateRecord* record) noexcept {
   active_.clear();
   active_ids_.clear();
   const std::span<const Light> lights = scene_->lights();
@@ -102,7 +103,7 @@ void Mixture::set_up(const ShadingPoint& point, EstimateRecord* record) noexcept
   if (active_.empty() && delta_ids_.empty()) return;
   restrict_to_light(-1);
   frame_ = Frame(point.shading_normal);
-  bsdf_ = BoundBsdf(scene_->bsdf(point.material), frame_.to_local(point.wo));
+  bsdf_ = BoundBsdf(scene_->bsdf_at(point.material, surface), frame_.to_local(point.wo));
   cone_ = Cone{};
   clear_samples();
   if (record != nullptr) begin_record(record);

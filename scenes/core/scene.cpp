@@ -68,6 +68,7 @@ Scene::Scene(const SceneDescription& description)
   // Last, the material of irradiance: reflectance/pi = 1.
   bsdfs_.emplace_back(
       MaterialDescription{"irradiance", LambertMaterial{Rgb(static_cast<float>(M_PI))}});
+  textures_ = SceneTextures::make(scene, geometries_);
   geometries_.reserve(scene.shapes.size());
   for (const ShapeDescription& shape : scene.shapes) add_shape(shape);
   for (const PointLightDescription& light : scene.point_lights) {
@@ -84,6 +85,10 @@ Scene::Scene(const SceneDescription& description)
 void Scene::add_shape(const ShapeDescription& shape) {
   PN_CHECK(shape.material < irradiance_material(), "a shape's material exists");
   SurfaceGeometry geometry = make_geometry(shape);
+  if (textures_ == nullptr || !textures_->uses_uvs(shape.material)) geometry.uvs = {};
+  const HitFilter* const filter =
+      textures_ != nullptr && textures_->has_mask(shape.material) ? textures_.get() : nullptr;
+  if (filter != nullptr) ++traits_.masked_shapes;
   if (shape.emission) {
     geometry.light = static_cast<std::int32_t>(lights_.size());
     lights_.push_back(make_light(shape, geometry));
@@ -91,9 +96,9 @@ void Scene::add_shape(const ShapeDescription& shape) {
   if (geometry.corners == 0) {
     rays_.add_sphere(geometry.center, geometry.radius);
   } else if (geometry.corners == 3) {
-    rays_.add_triangles(geometry.vertices, geometry.indices);
+    rays_.add_triangles(geometry.vertices, geometry.indices, filter);
   } else {
-    rays_.add_quads(geometry.vertices, geometry.indices);
+    rays_.add_quads(geometry.vertices, geometry.indices, filter);
   }
   geometries_.push_back(std::move(geometry));
 }
@@ -119,6 +124,10 @@ void Scene::work_out_traits(const SceneDescription& scene) {
     traits_.min_alpha = std::min(traits_.min_alpha, bsdf.min_alpha());
   }
   traits_.ray_scene_bytes = rays_.memory_bytes();
+  if (textures_ != nullptr) {
+    traits_.textures = textures_->count();
+    traits_.texture_bytes = textures_->memory_bytes();
+  }
 }
 
 ShadingPoint Scene::shading_point(const RayHit& hit, const Vec3& direction) const noexcept {
@@ -140,14 +149,6 @@ ShadingPoint Scene::shading_point(const RayHit& hit, const Vec3& direction) cons
   point.material =
       visible && !bsdfs_[geometry.material].is_black() ? geometry.material : ShadingPoint::kInvalid;
   return point;
-}
-
-Vec2 Scene::surface_uv(const RayHit& hit) const noexcept {
-  const SurfaceGeometry& geometry = geometries_[hit.geometry];
-  if (geometry.uvs.empty()) return Vec2(0.0f);
-  const std::uint32_t* index = &geometry.indices[std::size_t{hit.primitive} * 3];
-  return geometry.uvs[index[0]] * (1.0f - hit.u - hit.v) + geometry.uvs[index[1]] * hit.u +
-         geometry.uvs[index[2]] * hit.v;
 }
 
 }  // namespace penumbra

@@ -146,6 +146,7 @@ struct EnvironmentDescription {
   std::string name{"environment"};  ///< unique among shapes and lights
   std::uint32_t columns{1}, rows{1};
   std::vector<Rgb> texels;  ///< row-major [W/(m^2 sr)], each channel finite and >= 0
+  double rotation_deg{0};   ///< azimuth of column 0, from +x over +z; finite
 };
 
 /// A light without extent.

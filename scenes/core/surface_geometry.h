@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "scenes/core/ray_batch.h"
 #include "scenes/core/scene_description.h"
 #include "scenes/core/vec.h"
 
@@ -16,13 +17,16 @@ struct SurfaceGeometry {
   std::vector<Vec3> vertices;
   std::vector<std::uint32_t> indices;  ///< `corners` per face
   std::vector<Vec3> normals;  ///< [vertex] unit, or 0: the face's own normal there; empty: flat
-  std::vector<Vec2> uvs;      ///< [vertex]; empty: none
-  Vec3 center{0.0f};          ///< of a sphere
+  std::vector<Vec2> uvs;  ///< [vertex]; empty: none. Of quadrilaterals, only rectangles have them
+  Vec3 center{0.0f};      ///< of a sphere
   float radius{0.0f};
 };
 
 /// @param shape  normalised
 SurfaceGeometry make_geometry(const ShapeDescription& shape);
+
+/// Texture coordinates of a hit on the shape; (0, 0) where it has none.
+Vec2 uv_at(const SurfaceGeometry& geometry, const RayHit& hit) noexcept;
 
 /// Whether a vertex normal has a direction: finite, and not 0. Where it has none, the face's own
 /// normal stands in for it.

@@ -162,10 +162,10 @@ TEST(SceneFileLights, RefusesBothOrNeitherOfRadianceAndGrid) {
   json scene = lit_scene();
   scene["environment"]["radiance"] = 1;
   EXPECT_TRUE(
-      is_only_fault(scene, "/environment: expected either \"radiance\" or \"grid\", found both"));
+      is_only_fault(scene, "/environment: expected one of \"radiance\", \"grid\" and \"image\", found \"radiance\" and \"grid\""));
   scene["environment"] = json::object();
   EXPECT_TRUE(is_only_fault(
-      scene, "/environment: expected either \"radiance\" or \"grid\", found neither"));
+      scene, "/environment: expected one of \"radiance\", \"grid\" and \"image\", found none"));
 }
 
 TEST(SceneFileLights, RefusesUnknownAndMissingKeys) {
