@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include "scenes/core/error.h"
 
@@ -66,8 +67,13 @@ void check_layout(const std::filesystem::path& file, OIIO::ImageInput& input) {
   input.seek_subimage(0, 0);
 }
 
-// libjpeg fills what is missing of a truncated file with grey and does not call it an error.
-void check_jpeg_end(const std::filesystem::path& file) {
+// Looks for the mark at a file's end: libjpeg fills what is missing of a truncated file with grey
+// and does not call it an error, libpng writes to the standard error output.
+void check_end(const std::filesystem::path& file, std::string_view format) {
+  const std::string_view mark = format == "jpeg"  ? "\xff\xd9"
+                                : format == "png" ? "IEND\xae\x42\x60\x82"
+                                                  : "";
+  if (mark.empty()) return;
   std::ifstream stream(file, std::ios::binary);
   std::array<char, 4096> end{};
   stream.seekg(0, std::ios::end);
@@ -75,10 +81,10 @@ void check_jpeg_end(const std::filesystem::path& file) {
   const std::streamoff tail = std::min<std::streamoff>(size, end.size());
   stream.seekg(size - tail);
   stream.read(end.data(), tail);
+  // Some writers pad the file behind the mark.
   const std::string_view bytes(end.data(), static_cast<std::size_t>(tail));
-  // Some writers pad the file behind the end-of-image marker.
-  if (!stream || bytes.rfind("\xff\xd9") == std::string_view::npos) {
-    fail(file, "is truncated: a JPEG file without an end-of-image marker");
+  if (!stream || bytes.rfind(mark) == std::string_view::npos) {
+    fail(file, "is truncated: the end mark of " + std::string(format) + " files is missing");
   }
 }
 
@@ -152,7 +158,7 @@ ImageData read_image(const std::filesystem::path& file, Encoding encoding) {
   const std::unique_ptr<OIIO::ImageInput> input = open(file);
   check_layout(file, *input);
   const OIIO::ImageSpec spec = input->spec();
-  if (std::string_view(input->format_name()) == "jpeg") check_jpeg_end(file);
+  check_end(file, input->format_name());
   ImageData image;
   image.width = spec.width;
   image.height = spec.height;
