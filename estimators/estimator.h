@@ -26,6 +26,7 @@ struct Tile {
   int camera_samples{1};                 ///< fixed shading points per pixel
   int spp{1};                            ///< estimates per pixel, >= camera_samples
   std::span<const ShadingPoint> points;  ///< [pixel][camera sample], pixels row-major in the tile
+  std::span<const SurfaceValues> surfaces{};  ///< same length; empty: the scene has no textures
 
   int pixel_count() const { return width * height; }
   std::size_t estimate_count() const {
@@ -33,9 +34,15 @@ struct Tile {
   }
   /// Estimate s of a pixel is made at shading point s modulo the number of camera samples.
   const ShadingPoint& point(int pixel_in_tile, int sample) const {
-    return points[static_cast<std::size_t>(pixel_in_tile) *
-                      static_cast<std::size_t>(camera_samples) +
-                  static_cast<std::size_t>(sample % camera_samples)];
+    return points[point_index(pixel_in_tile, sample)];
+  }
+  /// Values of the textures at the same point; nullptr where the scene has none.
+  const SurfaceValues* surface(int pixel_in_tile, int sample) const {
+    return surfaces.empty() ? nullptr : &surfaces[point_index(pixel_in_tile, sample)];
+  }
+  std::size_t point_index(int pixel_in_tile, int sample) const {
+    return static_cast<std::size_t>(pixel_in_tile) * static_cast<std::size_t>(camera_samples) +
+           static_cast<std::size_t>(sample % camera_samples);
   }
   /// Index of a pixel in the image, which keys its random numbers.
   std::uint32_t pixel_index(int pixel_in_tile) const {

@@ -17,6 +17,7 @@ Tile make_tile(const ShadingPoints& points, const TileRect& rect, int spp) {
   tile.camera_samples = points.camera_samples;
   tile.spp = spp;
   tile.points = points.of(rect);
+  tile.surfaces = points.surfaces_of(rect);
   return tile;
 }
 

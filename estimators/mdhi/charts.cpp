@@ -30,7 +30,7 @@ Charts::Charts(const Scene& scene, Domain domain, LightSampling light_sampling)
   ids_.resize(lights_.size());
 }
 
-void Charts::set_up(const ShadingPoint& point) noexcept {
+void Charts::set_up(const ShadingPoint& point, const SurfaceValues* surface) noexcept {
   active_ = 0;
   point_ = point;
   const std::span<const Light> lights = scene_->lights();
@@ -42,7 +42,7 @@ void Charts::set_up(const ShadingPoint& point) noexcept {
     ids_[active_++] = id;
   }
   frame_ = Frame(point.shading_normal);
-  bsdf_ = BoundBsdf(scene_->bsdf(point.material), frame_.to_local(point.wo));
+  bsdf_ = BoundBsdf(scene_->bsdf_at(point.material, surface), frame_.to_local(point.wo));
 }
 
 std::string Charts::name(std::size_t chart) const {

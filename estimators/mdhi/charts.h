@@ -42,7 +42,8 @@ class Charts {
   Charts(const Scene& scene, Domain domain, LightSampling light_sampling);
 
   /// Binds the charts to a valid point.
-  void set_up(const ShadingPoint& point) noexcept;
+  /// @param surface  values of the point's textures; nullptr: factors of 1
+  void set_up(const ShadingPoint& point, const SurfaceValues* surface = nullptr) noexcept;
 
   /// Lights with a density that can contribute at the point; where there is none, no chart is of
   /// use.

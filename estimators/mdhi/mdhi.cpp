@@ -118,9 +118,10 @@ class Mdhi final : public Estimator {
         const ShadingPoint& point = tile.point(pixel, s);
         out.radiance[i] = Rgb(0.0f);
         if (!point.valid()) continue;
+        const SurfaceValues* const surface = tile.surface(pixel, s);
         ++counters_.estimates;
         EstimateRecord* record = out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr;
-        charts_.set_up(point);
+        charts_.set_up(point, surface);
         if (exact_.possible()) {
           out.radiance[i] =
               exact_.radiance(point, charts_.frame(), charts_.bsdf(), counters_, record);

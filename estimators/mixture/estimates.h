@@ -65,7 +65,8 @@ void estimate_one(Mixture& mixture, const Tile& tile, std::uint64_t seed, int pi
   const ShadingPoint& point = tile.point(pixel, s);
   if (!point.valid()) return;
   ++mixture.counters().estimates;
-  mixture.set_up(point, out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr);
+  mixture.set_up(point, tile.surface(pixel, s),
+                 out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr);
   out.radiance[i] = mixture.exact_radiance();
   if (mixture.active_lights() == 0) return;
   StreamKey key;

@@ -83,7 +83,8 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
   }
 }
 
-void Mixture::set_up(const ShadingPoint& point, EstimateRecord* record) noexcept {
+void Mixture::set_up(const ShadingPoint& point, const SurfaceValues* surface,
+                     EstimateRecord* record) noexcept {
   active_.clear();
   active_ids_.clear();
   const std::span<const Light> lights = scene_->lights();
@@ -101,7 +102,7 @@ void Mixture::set_up(const ShadingPoint& point, EstimateRecord* record) noexcept
   if (active_.empty() && !exact_.possible()) return;
   restrict_to_light(-1);
   frame_ = Frame(point.shading_normal);
-  bsdf_ = BoundBsdf(scene_->bsdf(point.material), frame_.to_local(point.wo));
+  bsdf_ = BoundBsdf(scene_->bsdf_at(point.material, surface), frame_.to_local(point.wo));
   cone_ = Cone{};
   clear_samples();
   if (record != nullptr) begin_record(record);

@@ -60,8 +60,10 @@ class Mixture {
 
   /// Binds the mixture to a point: sets up the lights that can contribute there and drops the cone
   /// and all samples.
-  /// @param record  filled with all that is drawn at this point, unless nullptr
-  void set_up(const ShadingPoint& point, EstimateRecord* record = nullptr) noexcept;
+  /// @param surface  values of the point's textures; nullptr: factors of 1
+  /// @param record   filled with all that is drawn at this point, unless nullptr
+  void set_up(const ShadingPoint& point, const SurfaceValues* surface = nullptr,
+              EstimateRecord* record = nullptr) noexcept;
 
   const ShadingPoint& point() const noexcept { return point_; }
 

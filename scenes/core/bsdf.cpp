@@ -12,6 +12,7 @@ namespace penumbra {
 namespace {
 
 constexpr float kOneMinusEpsilon = 1.0f - 0x1p-24f;
+constexpr float kMinAlpha = 1e-4f;
 
 float mean(const Rgb& c) { return (c.x + c.y + c.z) / 3.0f; }
 
@@ -20,6 +21,13 @@ float mean(const Rgb& c) { return (c.x + c.y + c.z) / 3.0f; }
 float glossy_share(const Rgb& glossy, const Rgb& diffuse) {
   const float total = mean(glossy) + mean(diffuse);
   return total > 0.0f ? std::clamp(mean(glossy) / total, 0.05f, 0.95f) : 0.5f;
+}
+
+// kd/(kd + ks) as the fixtures of the estimators state it, without a floor: a lobe of weight 0 is
+// not drawn.
+float phong_share(const Rgb& specular, const Rgb& diffuse) {
+  const float total = mean(diffuse) + mean(specular);
+  return total > 0.0f ? mean(specular) / total : 0.0f;
 }
 
 // One channel of conductor_fresnel.
@@ -74,10 +82,7 @@ Bsdf::Bsdf(const MaterialDescription& material) {
     diffuse_ = phong->diffuse;
     specular_ = phong->specular;
     exponent_ = phong->exponent;
-    // kd/(kd + ks) as the fixtures of the estimators state it, without a floor: a lobe of weight 0
-    // is not drawn.
-    const float total = mean(diffuse_) + mean(specular_);
-    glossy_probability_ = total > 0.0f ? mean(specular_) / total : 0.0f;
+    glossy_probability_ = phong_share(specular_, diffuse_);
   } else {
     PN_CHECK(std::holds_alternative<MixtureMaterial>(material.model), "the material is supported");
     const auto& mixture = std::get<MixtureMaterial>(material.model);
@@ -95,8 +100,7 @@ bool Bsdf::is_black() const noexcept {
   return penumbra::is_black(diffuse_) && penumbra::is_black(specular_);
 }
 
-BoundBsdf::BoundBsdf(const Bsdf& bsdf, const Vec3& wo_local) noexcept
-    : bsdf_(&bsdf), wo_(wo_local) {
+BoundBsdf::BoundBsdf(const Bsdf& bsdf, const Vec3& wo_local) noexcept : bsdf_(bsdf), wo_(wo_local) {
   const float alpha2 = bsdf.alpha_ * bsdf.alpha_;
   lambda_o_ = std::sqrt(alpha2 + (1.0f - alpha2) * wo_.z * wo_.z);
   if (bsdf.has_glossy()) {
@@ -146,24 +150,24 @@ struct BoundBsdf::Glossy {
 };
 
 BoundBsdf::Glossy BoundBsdf::glossy() const noexcept {
-  return {wo_, stretched_, bsdf_->alpha_, bsdf_->alpha_ * bsdf_->alpha_, lambda_o_};
+  return {wo_, stretched_, bsdf_.alpha_, bsdf_.alpha_ * bsdf_.alpha_, lambda_o_};
 }
 
 BsdfValue BoundBsdf::evaluate(const Vec3& wi) const noexcept {
   if (!(wi.z > 0.0f)) return {};
   const float cosine_pdf = wi.z * kInvPi;
-  if (bsdf_->type_ == BsdfType::Lambert) return {bsdf_->diffuse_ * cosine_pdf, cosine_pdf};
-  if (bsdf_->type_ == BsdfType::Phong) return evaluate_phong(wi);
+  if (bsdf_.type_ == BsdfType::Lambert) return {bsdf_.diffuse_ * cosine_pdf, cosine_pdf};
+  if (bsdf_.type_ == BsdfType::Phong) return evaluate_phong(wi);
   const Glossy::Value lobe = glossy().evaluate(wi);
-  const Rgb fresnel = conductor_fresnel(lobe.cosine, bsdf_->eta_, bsdf_->k_);
-  const float p = bsdf_->glossy_probability_;
-  return {bsdf_->specular_ * fresnel * lobe.f_cos + bsdf_->diffuse_ * cosine_pdf,
+  const Rgb fresnel = conductor_fresnel(lobe.cosine, bsdf_.eta_, bsdf_.k_);
+  const float p = bsdf_.glossy_probability_;
+  return {bsdf_.specular_ * fresnel * lobe.f_cos + bsdf_.diffuse_ * cosine_pdf,
           p * lobe.pdf_w + (1.0f - p) * cosine_pdf};
 }
 
 void BoundBsdf::evaluate(const VectorBlock& wi, std::size_t count, VectorBlock& __restrict f_cos,
                          Block<float>& __restrict pdf) const noexcept {
-  if (bsdf_->type_ == BsdfType::Phong) {
+  if (bsdf_.type_ == BsdfType::Phong) {
     for (std::size_t i = 0; i < count; ++i) {
       const BsdfValue value = evaluate_phong(wi[i]);
       f_cos.set(i, value.f_cos);
@@ -172,8 +176,8 @@ void BoundBsdf::evaluate(const VectorBlock& wi, std::size_t count, VectorBlock& 
     return;
   }
   const std::size_t lanes = whole_groups(count);
-  const Rgb diffuse = bsdf_->diffuse_;
-  if (bsdf_->type_ == BsdfType::Lambert) {
+  const Rgb diffuse = bsdf_.diffuse_;
+  if (bsdf_.type_ == BsdfType::Lambert) {
     for (std::size_t i = 0; i < lanes; ++i) {
       const float cosine_pdf = wi.z[i] * kInvPi;
       f_cos.x[i] = diffuse.x * cosine_pdf;
@@ -184,7 +188,7 @@ void BoundBsdf::evaluate(const VectorBlock& wi, std::size_t count, VectorBlock& 
     return;
   }
   const Glossy lobe = glossy();
-  const float p = bsdf_->glossy_probability_;
+  const float p = bsdf_.glossy_probability_;
   Block<float> lobe_cos;
   Block<float> cosine;
   for (std::size_t i = 0; i < lanes; ++i) {
@@ -201,14 +205,14 @@ void BoundBsdf::evaluate(const VectorBlock& wi, std::size_t count, VectorBlock& 
                diffuse_c * (wi.z[i] * kInvPi);
     }
   };
-  channel(bsdf_->eta_.x, bsdf_->k_.x, bsdf_->specular_.x, diffuse.x, f_cos.x);
-  channel(bsdf_->eta_.y, bsdf_->k_.y, bsdf_->specular_.y, diffuse.y, f_cos.y);
-  channel(bsdf_->eta_.z, bsdf_->k_.z, bsdf_->specular_.z, diffuse.z, f_cos.z);
+  channel(bsdf_.eta_.x, bsdf_.k_.x, bsdf_.specular_.x, diffuse.x, f_cos.x);
+  channel(bsdf_.eta_.y, bsdf_.k_.y, bsdf_.specular_.y, diffuse.y, f_cos.y);
+  channel(bsdf_.eta_.z, bsdf_.k_.z, bsdf_.specular_.z, diffuse.z, f_cos.z);
 }
 
 BsdfValue BoundBsdf::evaluate_phong(const Vec3& wi) const noexcept {
-  const float s = bsdf_->exponent_;
-  const float p = bsdf_->glossy_probability_;
+  const float s = bsdf_.exponent_;
+  const float p = bsdf_.glossy_probability_;
   const Vec3 mirror(-wo_.x, -wo_.y, wo_.z);
   const float cosine = dot(mirror, wi);
   float lobe = 0.0f;
@@ -220,19 +224,19 @@ BsdfValue BoundBsdf::evaluate_phong(const Vec3& wi) const noexcept {
     lobe = std::exp(s * log_cosine) / (2.0f * kPi);
   }
   BsdfValue value;
-  value.f_cos = (bsdf_->diffuse_ * kInvPi + bsdf_->specular_ * ((s + 2.0f) * lobe)) * wi.z;
+  value.f_cos = (bsdf_.diffuse_ * kInvPi + bsdf_.specular_ * ((s + 2.0f) * lobe)) * wi.z;
   value.pdf_w = p * (s + 1.0f) * lobe + (1.0f - p) * (wi.z * kInvPi);
   return value;
 }
 
 std::optional<Vec3> BoundBsdf::sample(const Variates& variates) const noexcept {
-  const bool is_glossy = variates.choice < bsdf_->glossy_probability_;
+  const bool is_glossy = variates.choice < bsdf_.glossy_probability_;
   Vec3 wi;
   if (!is_glossy) {
     wi = sample_cosine_hemisphere(variates.u);
   } else {
-    wi = bsdf_->type_ == BsdfType::Phong ? sample_phong(variates.u)
-                                         : glossy().sample(variates.u.x, variates.u.y);
+    wi = bsdf_.type_ == BsdfType::Phong ? sample_phong(variates.u)
+                                        : glossy().sample(variates.u.x, variates.u.y);
   }
   if (!(wi.z > 0.0f)) return std::nullopt;
   return wi;
@@ -240,14 +244,14 @@ std::optional<Vec3> BoundBsdf::sample(const Variates& variates) const noexcept {
 
 void BoundBsdf::sample(const VariateBlock& variates, std::size_t count, std::size_t at,
                        VectorBlock& __restrict wi) const noexcept {
-  if (bsdf_->type_ == BsdfType::Phong) {
+  if (bsdf_.type_ == BsdfType::Phong) {
     for (std::size_t i = 0; i < count; ++i) {
       wi.set(at + i, sample(variates[i]).value_or(Vec3(0.0f)));
     }
     return;
   }
   const std::size_t lanes = whole_groups(count);
-  const float p = bsdf_->glossy_probability_;
+  const float p = bsdf_.glossy_probability_;
   if (p < 1.0f) {
     for (std::size_t i = 0; i < lanes; ++i) {
       const Vec3 w = sample_cosine_hemisphere({variates.x[i], variates.y[i]});
@@ -271,11 +275,36 @@ void BoundBsdf::sample(const VariateBlock& variates, std::size_t count, std::siz
 Vec3 BoundBsdf::sample_phong(const Vec2& u) const noexcept {
   // cos = u^(1/(s+1)); 1 - cos through expm1, which keeps its digits for large exponents.
   const float log_u = std::log(std::max(1.0f - u.x, 1.0f - kOneMinusEpsilon));
-  const float depth = -std::expm1(log_u / (bsdf_->exponent_ + 1.0f));
+  const float depth = -std::expm1(log_u / (bsdf_.exponent_ + 1.0f));
   const float sin_theta = std::sqrt(depth * (2.0f - depth));
   const SinCos phi = sincos_turns(u.y);
   const Vec3 lobe(sin_theta * phi.cosine, sin_theta * phi.sine, 1.0f - depth);
   return Frame(Vec3(-wo_.x, -wo_.y, wo_.z)).to_world(lobe);
+}
+
+Bsdf Bsdf::with(const SurfaceValues& values) const noexcept {
+  Bsdf bsdf = *this;
+  const float scaled_alpha = std::max(kMinAlpha, alpha_ * values.roughness * values.roughness);
+  switch (type_) {
+    case BsdfType::Lambert:
+      bsdf.diffuse_ *= values.reflectance;
+      break;
+    case BsdfType::Conductor:
+      bsdf.specular_ *= values.reflectance;
+      bsdf.alpha_ = scaled_alpha;
+      break;
+    case BsdfType::Phong:
+      bsdf.diffuse_ *= values.reflectance;
+      bsdf.glossy_probability_ = phong_share(specular_, bsdf.diffuse_);
+      break;
+    case BsdfType::Mixture:
+      bsdf.diffuse_ *= values.reflectance;
+      bsdf.alpha_ = scaled_alpha;
+      bsdf.glossy_probability_ =
+          glossy_share(specular_ * conductor_fresnel(1.0f, eta_, k_), bsdf.diffuse_);
+      break;
+  }
+  return bsdf;
 }
 
 }  // namespace penumbra

@@ -5,6 +5,7 @@
 #include "scenes/core/block.h"
 #include "scenes/core/sampler.h"
 #include "scenes/core/scene_description.h"
+#include "scenes/core/surface_values.h"
 #include "scenes/core/vec.h"
 
 /// Reflection of a surface. Local frame: z is the shading normal, turned to the side of the viewer;
@@ -33,6 +34,9 @@ class Bsdf {
   bool has_glossy() const noexcept {
     return type_ == BsdfType::Conductor || type_ == BsdfType::Mixture;
   }
+
+  /// The material where its textures have these values. Values of 1 change no bit.
+  Bsdf with(const SurfaceValues& values) const noexcept;
 
  private:
   friend class BoundBsdf;
@@ -69,7 +73,7 @@ class BoundBsdf {
               VectorBlock& wi_local) const noexcept;
 
   /// `sample` takes the glossy lobe where `Variates::choice` is below this.
-  float glossy_probability() const noexcept { return bsdf_->glossy_probability_; }
+  float glossy_probability() const noexcept { return bsdf_.glossy_probability_; }
 
   /// Whether `sample` reads `Variates::choice`.
   bool uses_choice() const noexcept {
@@ -82,7 +86,7 @@ class BoundBsdf {
   BsdfValue evaluate_phong(const Vec3& wi) const noexcept;
   Vec3 sample_phong(const Vec2& u) const noexcept;
 
-  const Bsdf* bsdf_;
+  Bsdf bsdf_;
   Vec3 wo_;
   Vec3 stretched_{0.0f, 0.0f, 1.0f};  // wo in the space where the microfacets are a hemisphere
   float lambda_o_{

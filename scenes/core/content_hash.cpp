@@ -137,6 +137,9 @@ std::string content_hash(const SceneDescription& scene) {
     hasher.add(scene.environment->columns);
     hasher.add(scene.environment->rows);
     hasher.add(scene.environment->texels);
+    if (scene.environment->rotation_deg != 0.0) {
+      hasher.add(std::string("rotation")), hasher.add(scene.environment->rotation_deg);
+    }
   }
   return hasher.digest();
 }

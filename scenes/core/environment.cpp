@@ -19,8 +19,13 @@ double cosine_step(std::uint32_t row, std::uint32_t rows) {
 
 }  // namespace
 
-Environment::Environment(std::span<const Rgb> texels, std::uint32_t columns, std::uint32_t rows)
-    : columns_(columns), rows_(rows), texels_(texels.begin(), texels.end()), pdfs_(texels.size()) {
+Environment::Environment(std::span<const Rgb> texels, std::uint32_t columns, std::uint32_t rows,
+                         double rotation_deg)
+    : columns_(columns),
+      rows_(rows),
+      rotation_((rotation_deg / 360.0 - std::floor(rotation_deg / 360.0)) * kTwoPi),
+      texels_(texels.begin(), texels.end()),
+      pdfs_(texels.size()) {
   PN_CHECK(columns > 0 && rows > 0 && texels.size() == std::size_t{columns} * rows,
            "an environment has rows x columns texels");
   std::vector<double> weights(texels.size());
@@ -73,8 +78,9 @@ double Environment::texel_solid_angle(std::uint32_t row) const noexcept {
 std::size_t Environment::texel(const Vec3& w) const noexcept {
   // The polar angle by atan2: acos has no digits left near the poles.
   const float theta = std::atan2(std::sqrt(w.x * w.x + w.z * w.z), w.y);
-  float phi = std::atan2(w.z, w.x);
-  if (phi < 0.0f) phi += static_cast<float>(kTwoPi);
+  float phi = std::atan2(w.z, w.x) - static_cast<float>(rotation_);
+  // Twice where the rotation is large: the difference lies between -3 pi and pi.
+  for (int turn = 0; turn < 2 && phi < 0.0f; ++turn) phi += static_cast<float>(kTwoPi);
   const auto row =
       static_cast<std::uint32_t>(theta * (static_cast<float>(rows_) / static_cast<float>(M_PI)));
   const auto column =
@@ -98,7 +104,7 @@ Environment::Sample Environment::sample(const Vec2& u) const noexcept {
   const double edge = 2.0 * std::sin(half) * std::sin(half);
   const double depth = edge + cosine_step(row, rows_) * (upper ? within : 1.0 - within);
   const double sine = std::sqrt(std::max(0.0, depth * (2.0 - depth)));
-  const double phi = kTwoPi * static_cast<double>(s.uv.x);
+  const double phi = kTwoPi * static_cast<double>(s.uv.x) + rotation_;
   const Vec3 w(static_cast<float>(sine * std::cos(phi)),
                static_cast<float>(upper ? 1.0 - depth : depth - 1.0),
                static_cast<float>(sine * std::sin(phi)));

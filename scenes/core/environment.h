@@ -11,14 +11,17 @@
 namespace penumbra {
 
 /// Piecewise-constant radiance on a latitude-longitude grid. Row 0 holds the pole +y, columns go
-/// around it from +x over +z. Texels are drawn in proportion to their power (luminance x solid
-/// angle) and directions uniformly within a texel's solid angle: the density is constant per texel,
-/// matches the lookup exactly and has no singularity at the poles.
+/// around it from +x over +z; a rotation moves the first of them away from +x. Texels are drawn in
+/// proportion to their power (luminance x solid angle) and directions uniformly within a texel's
+/// solid angle: the density is constant per texel, matches the lookup exactly and has no
+/// singularity at the poles.
 class Environment {
  public:
   Environment() = default;
   /// @param texels  row-major, rows x columns, finite, >= 0; may be all black
-  Environment(std::span<const Rgb> texels, std::uint32_t columns, std::uint32_t rows);
+  /// @param rotation_deg  azimuth at which column 0 begins, from +x over +z; finite
+  Environment(std::span<const Rgb> texels, std::uint32_t columns, std::uint32_t rows,
+              double rotation_deg = 0.0);
 
   /// Whether there is no grid at all.
   bool empty() const noexcept { return texels_.empty(); }
@@ -59,6 +62,7 @@ class Environment {
   void find_lit_rows() noexcept;
 
   std::uint32_t columns_{0}, rows_{0};
+  double rotation_{0};  // azimuth of column 0 [rad], in [0, 2 pi]
   std::vector<Rgb> texels_;
   std::vector<float> pdfs_;           // [texel], per steradian
   PiecewiseConstant2D distribution_;  // over (column, row) coordinates in [0, 1)^2

@@ -57,6 +57,17 @@ struct RayRecorder {
   std::vector<RayBatch> batches;
 };
 
+/// Decides which hits of a surface with holes count.
+class HitFilter {
+ public:
+  virtual ~HitFilter() = default;
+
+  /// Whether the surface exists at a place; called from many threads.
+  /// @param geometry, primitive, u, v  as in RayHit
+  virtual bool exists(std::uint32_t geometry, std::uint32_t primitive, float u,
+                      float v) const noexcept = 0;
+};
+
 /// Geometry and closest-hit queries: the one place that knows Embree. Works with Embree 3 and 4.
 class RayScene {
  public:
@@ -66,9 +77,12 @@ class RayScene {
   RayScene& operator=(const RayScene&) = delete;
 
   /// Each returns the geometry's index. Data is copied.
+  /// @param filter  of a surface with holes; must outlive the scene
   std::uint32_t add_triangles(std::span<const Vec3> vertices,
-                              std::span<const std::uint32_t> indices);
-  std::uint32_t add_quads(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);
+                              std::span<const std::uint32_t> indices,
+                              const HitFilter* filter = nullptr);
+  std::uint32_t add_quads(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices,
+                          const HitFilter* filter = nullptr);
   std::uint32_t add_sphere(const Vec3& center, float radius);
   /// Builds the acceleration structure; nothing can be added afterwards.
   void commit();

@@ -42,6 +42,20 @@ void throw_embree_error(void*, RTCError code, const char* message) {
                  (message != nullptr ? message : ""));
 }
 
+// Embree calls it for every hit of a geometry that has it, with as many lanes as it likes.
+void filter_hits(const RTCFilterFunctionNArguments* arguments) {
+  const auto& filter = *static_cast<const HitFilter*>(arguments->geometryUserPtr);
+  RTCHitN* const hits = arguments->hit;
+  const unsigned lanes = arguments->N;
+  for (unsigned i = 0; i < lanes; ++i) {
+    if (arguments->valid[i] != -1) continue;
+    const bool exists =
+        filter.exists(RTCHitN_geomID(hits, lanes, i), RTCHitN_primID(hits, lanes, i),
+                      RTCHitN_u(hits, lanes, i), RTCHitN_v(hits, lanes, i));
+    if (!exists) arguments->valid[i] = 0;
+  }
+}
+
 }  // namespace
 
 struct RayScene::Impl {
@@ -65,8 +79,8 @@ struct RayScene::Impl {
   }
 
   std::uint32_t add_indexed(RTCGeometryType type, RTCFormat index_format, std::size_t corners,
-                            std::span<const Vec3> vertices,
-                            std::span<const std::uint32_t> indices) {
+                            std::span<const Vec3> vertices, std::span<const std::uint32_t> indices,
+                            const HitFilter* filter) {
     RTCGeometry geometry = rtcNewGeometry(device, type);
     auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                           RTC_FORMAT_FLOAT3, 3 * sizeof(float),
@@ -78,6 +92,11 @@ struct RayScene::Impl {
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, index_format,
                                 corners * sizeof(std::uint32_t), indices.size() / corners));
     for (const std::uint32_t index : indices) *i++ = index;
+    if (filter != nullptr) {
+      // Embree hands the pointer on as it is; it does not write through it.
+      rtcSetGeometryUserData(geometry, const_cast<HitFilter*>(filter));
+      rtcSetGeometryIntersectFilterFunction(geometry, filter_hits);
+    }
     return attach(geometry);
   }
 };
@@ -105,13 +124,15 @@ RayScene::~RayScene() {
 }
 
 std::uint32_t RayScene::add_triangles(std::span<const Vec3> vertices,
-                                      std::span<const std::uint32_t> indices) {
-  return impl_->add_indexed(RTC_GEOMETRY_TYPE_TRIANGLE, RTC_FORMAT_UINT3, 3, vertices, indices);
+                                      std::span<const std::uint32_t> indices,
+                                      const HitFilter* filter) {
+  return impl_->add_indexed(RTC_GEOMETRY_TYPE_TRIANGLE, RTC_FORMAT_UINT3, 3, vertices, indices,
+                            filter);
 }
 
 std::uint32_t RayScene::add_quads(std::span<const Vec3> vertices,
-                                  std::span<const std::uint32_t> indices) {
-  return impl_->add_indexed(RTC_GEOMETRY_TYPE_QUAD, RTC_FORMAT_UINT4, 4, vertices, indices);
+                                  std::span<const std::uint32_t> indices, const HitFilter* filter) {
+  return impl_->add_indexed(RTC_GEOMETRY_TYPE_QUAD, RTC_FORMAT_UINT4, 4, vertices, indices, filter);
 }
 
 std::uint32_t RayScene::add_sphere(const Vec3& center, float radius) {

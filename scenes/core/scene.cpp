@@ -19,6 +19,44 @@ SceneDescription normalised(SceneDescription scene, SceneTraits& traits) {
   return scene;
 }
 
+struct SurfacePoint {
+  Vec3 position;
+  Vec3 normal;  // unit, right-handed
+};
+
+SurfacePoint sphere_point(const SurfaceGeometry& sphere, const Vec3& hit_normal) noexcept {
+  const Vec3 normal = hit_normal.normalized();
+  return {sphere.center + normal * sphere.radius, normal};
+}
+
+SurfacePoint face_point(const SurfaceGeometry& mesh, std::uint32_t face, float u,
+                        float v) noexcept {
+  const std::uint32_t* index = &mesh.indices[std::size_t{face} * mesh.corners];
+  const auto vertex = [&](std::uint32_t k) { return mesh.vertices[index[k]]; };
+  Vec3 corner[3] = {vertex(0), vertex(1), vertex(mesh.corners - 1)};
+  // The second half of a quadrilateral is the triangle 2-3-1 with both coordinates counted from
+  // its far corner.
+  if (mesh.corners == 4 && u + v > 1.0f) {
+    corner[0] = vertex(2), corner[1] = vertex(3), corner[2] = vertex(1);
+    u = 1.0f - u;
+    v = 1.0f - v;
+  }
+  return {corner[0] * (1.0f - u - v) + corner[1] * u + corner[2] * v,
+          triangle_normal(corner).normalized()};
+}
+
+// Of a triangle mesh with normals; a corner without one has the face's own.
+Vec3 interpolated_normal(const SurfaceGeometry& mesh, const RayHit& hit) noexcept {
+  const std::uint32_t* index = &mesh.indices[std::size_t{hit.primitive} * 3];
+  const float weights[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+  Vec3 sum(0.0f);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3& n = mesh.normals[index[k]];
+    sum += (n == Vec3(0.0f) ? hit.normal.normalized() : n) * weights[k];
+  }
+  return sum;
+}
+
 }  // namespace
 
 Scene::Scene(const SceneDescription& description, const SceneOptions& options)
@@ -32,6 +70,7 @@ Scene::Scene(const SceneDescription& description, const SceneOptions& options)
   // Last, the material of irradiance: reflectance/pi = 1.
   bsdfs_.emplace_back(
       MaterialDescription{"irradiance", LambertMaterial{Rgb(static_cast<float>(M_PI))}});
+  textures_ = SceneTextures::make(scene, geometries_);
   geometries_.reserve(scene.shapes.size());
   for (const ShapeDescription& shape : scene.shapes) add_shape(shape);
   for (const PointLightDescription& light : scene.point_lights) {
@@ -55,6 +94,10 @@ Scene::Scene(const SceneDescription& description, const SceneOptions& options)
 void Scene::add_shape(const ShapeDescription& shape) {
   PN_CHECK(shape.material < irradiance_material(), "a shape's material exists");
   SurfaceGeometry geometry = make_geometry(shape);
+  if (textures_ == nullptr || !textures_->uses_uvs(shape.material)) geometry.uvs = {};
+  const HitFilter* const filter =
+      textures_ != nullptr && textures_->has_mask(shape.material) ? textures_.get() : nullptr;
+  if (filter != nullptr) ++traits_.masked_shapes;
   if (shape.emission) {
     geometry.light = static_cast<std::int32_t>(lights_.size());
     lights_.push_back(make_light(shape, geometry));
@@ -62,9 +105,9 @@ void Scene::add_shape(const ShapeDescription& shape) {
   if (geometry.corners == 0) {
     rays_.add_sphere(geometry.center, geometry.radius);
   } else if (geometry.corners == 3) {
-    rays_.add_triangles(geometry.vertices, geometry.indices);
+    rays_.add_triangles(geometry.vertices, geometry.indices, filter);
   } else {
-    rays_.add_quads(geometry.vertices, geometry.indices);
+    rays_.add_quads(geometry.vertices, geometry.indices, filter);
   }
   occluders_.add(geometry);
   geometries_.push_back(std::move(geometry));
@@ -91,40 +134,28 @@ void Scene::work_out_traits(const SceneDescription& scene) {
     traits_.min_alpha = std::min(traits_.min_alpha, bsdf.min_alpha());
   }
   traits_.ray_scene_bytes = rays_.memory_bytes();
+  if (textures_ != nullptr) {
+    traits_.textures = textures_->count();
+    traits_.texture_bytes = textures_->memory_bytes();
+  }
 }
 
 ShadingPoint Scene::shading_point(const RayHit& hit, const Vec3& direction) const noexcept {
   const SurfaceGeometry& geometry = geometries_[hit.geometry];
-  Vec3 position;
-  Vec3 normal;
-  if (geometry.corners == 0) {
-    normal = hit.normal.normalized();
-    position = geometry.center + normal * geometry.radius;
-  } else {
-    const std::uint32_t* index = &geometry.indices[std::size_t{hit.primitive} * geometry.corners];
-    const auto vertex = [&](std::uint32_t k) { return geometry.vertices[index[k]]; };
-    Vec3 corner[3] = {vertex(0), vertex(1), vertex(geometry.corners - 1)};
-    float u = hit.u;
-    float v = hit.v;
-    // The second half of a quadrilateral is the triangle 2-3-1 with both coordinates counted from
-    // its far corner.
-    if (geometry.corners == 4 && u + v > 1.0f) {
-      corner[0] = vertex(2), corner[1] = vertex(3), corner[2] = vertex(1);
-      u = 1.0f - u;
-      v = 1.0f - v;
-    }
-    normal = triangle_normal(corner).normalized();
-    position = corner[0] * (1.0f - u - v) + corner[1] * u + corner[2] * v;
-  }
+  SurfacePoint surface = geometry.corners == 0 ? sphere_point(geometry, hit.normal)
+                                               : face_point(geometry, hit.primitive, hit.u, hit.v);
   ShadingPoint point;
   point.light = emitter(hit, direction);
-  if (dot(normal, direction) > 0.0f) normal = -normal;
-  point.position = offset_ray_origin(position, normal);
-  point.geometric_normal = normal;
-  point.shading_normal = normal;
+  if (dot(surface.normal, direction) > 0.0f) surface.normal = -surface.normal;
+  point.position = offset_ray_origin(surface.position, surface.normal);
+  point.geometric_normal = surface.normal;
   point.wo = -direction;
+  point.shading_normal =
+      geometry.normals.empty()
+          ? surface.normal
+          : make_shading_normal(interpolated_normal(geometry, hit), surface.normal, point.wo);
   // Grazing to rounding: no outgoing hemisphere is left.
-  const bool visible = dot(normal, point.wo) > 0.0f;
+  const bool visible = dot(surface.normal, point.wo) > 0.0f;
   point.material =
       visible && !bsdfs_[geometry.material].is_black() ? geometry.material : ShadingPoint::kInvalid;
   return point;

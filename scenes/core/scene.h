@@ -12,6 +12,7 @@
 #include "scenes/core/occluders.h"
 #include "scenes/core/ray_batch.h"
 #include "scenes/core/scene_description.h"
+#include "scenes/core/scene_textures.h"
 #include "scenes/core/shading_point.h"
 #include "scenes/core/surface_geometry.h"
 
@@ -25,11 +26,14 @@ struct SceneTraits {
   std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0}, point_lights{0};
   bool has_environment{false};
   bool all_diffuse{true};  ///< no glossy or Phong lobe anywhere
-  float min_alpha{1.0f};   ///< sharpest GGX lobe
+  float min_alpha{1.0f};   ///< sharpest GGX lobe; textures of roughness can sharpen it further
   double scale{1.0};       ///< scene units per world unit, a power of two
   Vec3d center{0.0};       ///< world position of the scene's origin
   double diagonal{0.0};    ///< of the bounding box [scene units]
   std::size_t ray_scene_bytes{0};
+  std::size_t textures{0};       ///< of materials in use, masks among them
+  std::size_t masked_shapes{0};  ///< shapes with holes, whose hits are filtered
+  std::size_t texture_bytes{0};  ///< of texels
 };
 
 /// How a scene is loaded.
@@ -55,6 +59,11 @@ class Scene {
   std::span<const std::uint32_t> sampled_lights() const noexcept { return sampled_lights_; }
   std::span<const std::uint32_t> delta_lights() const noexcept { return delta_lights_; }
   const Bsdf& bsdf(std::uint32_t material) const noexcept { return bsdfs_[material]; }
+  /// The material at a point.
+  /// @param values  of the point's textures; nullptr: factors of 1
+  Bsdf bsdf_at(std::uint32_t material, const SurfaceValues* values) const noexcept {
+    return values != nullptr ? bsdfs_[material].with(*values) : bsdfs_[material];
+  }
   /// Index of the material that turns radiance into irradiance: f = 1, so that the reflected
   /// "radiance" is the integral of arriving radiance x cosine [W/m^2].
   std::uint32_t irradiance_material() const noexcept {
@@ -104,6 +113,19 @@ class Scene {
   /// origin.
   ShadingPoint shading_point(const RayHit& hit, const Vec3& direction) const noexcept;
 
+  /// Texture coordinates of the surface at a hit; (0, 0) where no texture or mask needs them.
+  Vec2 surface_uv(const RayHit& hit) const noexcept {
+    return uv_at(geometries_[hit.geometry], hit);
+  }
+
+  /// Whether the material of any shape has textures beside masks.
+  bool has_textures() const noexcept { return textures_ != nullptr && textures_->has_values(); }
+
+  /// Values of the material's textures at a hit; only where `has_textures()`.
+  SurfaceValues surface_values(const RayHit& hit) const noexcept {
+    return textures_->values(geometries_[hit.geometry].material, surface_uv(hit));
+  }
+
  private:
   void add_shape(const ShapeDescription& shape);
   void work_out_traits(const SceneDescription& normalised);
@@ -115,6 +137,7 @@ class Scene {
   std::vector<std::uint32_t> sampled_lights_, delta_lights_;
   std::vector<SurfaceGeometry> geometries_;
   Occluders occluders_;
+  std::unique_ptr<SceneTextures> textures_;  // nullptr where no material in use has an image
   RayScene rays_;
   SceneTraits traits_;
   std::string content_hash_;

@@ -111,7 +111,7 @@ struct SphereShape {
 struct TriangleMeshShape {
   std::vector<Vec3d> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<Vec3> normals{};  ///< [vertex], any length but 0; empty: flat triangles
+  std::vector<Vec3> normals{};  ///< [vertex], any length; 0: flat there; empty: flat triangles
   std::vector<Vec2>
       uvs{};  ///< [vertex], (0, 0) is an image's upper left corner; empty: no textures
 };
@@ -146,6 +146,7 @@ struct EnvironmentDescription {
   std::string name{"environment"};  ///< unique among shapes and lights
   std::uint32_t columns{1}, rows{1};
   std::vector<Rgb> texels;  ///< row-major [W/(m^2 sr)], each channel finite and >= 0
+  double rotation_deg{0};   ///< azimuth of column 0, from +x over +z; finite
 };
 
 /// A light without extent.

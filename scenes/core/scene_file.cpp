@@ -9,8 +9,10 @@
 #include <utility>
 
 #include "scenes/core/json_schema.h"
+#include "scenes/core/scene_file_images.h"
 #include "scenes/core/scene_file_shapes.h"
 #include "scenes/core/scene_schema.h"
+#include "scenes/core/scene_textures.h"
 #include "scenes/core/suggest.h"
 
 namespace penumbra {
@@ -116,6 +118,7 @@ class SceneReader {
     } else {
       material.model = read_phong(value, pointer);
     }
+    read_material_images(value, document_, pointer, material, faults_);
   }
 
   PhongMaterial read_phong(const json& value, const std::string& pointer) {
@@ -173,8 +176,10 @@ class SceneReader {
     } else if (type == "sphere") {
       shape.shape = SphereShape{read_vector(value["center"]), value["radius"].get<double>()};
     } else if (type == "triangles") {
-      shape.shape =
+      TriangleMeshShape mesh =
           read_triangles(value, {document_, pointer, shape.name}, faults_, scene_.warnings);
+      read_uvs(value, document_, pointer, mesh, faults_);
+      shape.shape = std::move(mesh);
     } else {
       shape.shape = read_quads(value, {document_, pointer, shape.name}, faults_, scene_.warnings);
     }
@@ -235,6 +240,11 @@ class SceneReader {
     if (!names_.insert(shape.name).second) {
       fault(child_pointer(pointer, "name"), "shape name \"" + shape.name + "\" is used twice");
     }
+    if (shape.material < scene_.materials.size() && !faults_.covers(pointer)) {
+      if (const auto why = image_fault(shape, scene_.materials[shape.material])) {
+        fault(child_pointer(pointer, "material"), *why);
+      }
+    }
     scene_.shapes.push_back(std::move(shape));
   }
 
@@ -261,14 +271,12 @@ class SceneReader {
     EnvironmentDescription environment;
     environment.name = value.value("name", environment.name);
     add_light_name(environment.name, value.contains("name") ? "/environment/name" : "/environment");
-    const bool has_grid = value.contains("grid");
-    if (has_grid == value.contains("radiance")) {
-      fault("/environment", std::string("expected either \"radiance\" or \"grid\", found ") +
-                                (has_grid ? "both" : "neither"));
-      return;
-    }
-    if (has_grid) {
+    if (!has_one_source(value)) return;
+    if (value.contains("grid")) {
       read_grid(value["grid"], environment);
+    } else if (value.contains("image")) {
+      read_environment_image(value, document_, environment, faults_, scene_.warnings);
+      if (environment.texels.empty()) return;
     } else {
       environment.texels.push_back(read_rgb(value["radiance"]));
     }
@@ -278,6 +286,24 @@ class SceneReader {
     } else {
       scene_.environment = std::move(environment);
     }
+  }
+
+  bool has_one_source(const json& value) {
+    std::string found;
+    for (const char* key : {"radiance", "grid", "image"}) {
+      if (value.contains(key)) found += std::string(found.empty() ? "\"" : " and \"") + key + "\"";
+    }
+    const bool one = !found.empty() && found.find(" and ") == std::string::npos;
+    if (!one) {
+      fault("/environment", "expected one of \"radiance\", \"grid\" and \"image\", found " +
+                                (found.empty() ? "none" : found));
+    }
+    for (const char* key : {"scale", "rotation_deg"}) {
+      if (!value.contains(key) || value.contains("image")) continue;
+      fault(child_pointer("/environment", key), "belongs to \"image\", which is not there");
+      return false;
+    }
+    return one;
   }
 
   void read_grid(const json& rows, EnvironmentDescription& environment) {

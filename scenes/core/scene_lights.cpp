@@ -88,7 +88,8 @@ Light make_light(const EnvironmentDescription& description) {
   Light light;
   light.type = LightType::Environment;
   light.name = description.name;
-  light.environment = Environment(description.texels, description.columns, description.rows);
+  light.environment = Environment(description.texels, description.columns, description.rows,
+                                  description.rotation_deg);
   return light;
 }
 

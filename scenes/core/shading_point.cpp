@@ -18,9 +18,20 @@ void look_along_normal(const Scene& scene, ShadingPoint& point) {
   point.light = kNoLight;
 }
 
+// Looks the textures up. What they make black reflects nothing, like a material that is black.
+SurfaceValues texture_point(const Scene& scene, const RayHit& hit, ShadingPoint& point) {
+  const SurfaceValues values = scene.surface_values(hit);
+  if (point.valid() && scene.bsdf_at(point.material, &values).is_black()) {
+    point.material = ShadingPoint::kInvalid;
+  }
+  return values;
+}
+
 // Primary hits of one tile. Directions that meet nothing leave invalid points.
+// @param surfaces  nullptr where there are no textures
 std::size_t shade_tile(const Scene& scene, const TileRect& tile, int camera_samples,
-                       std::uint64_t seed, Quantity quantity, RayBatch& batch, ShadingPoint* out) {
+                       std::uint64_t seed, Quantity quantity, RayBatch& batch, ShadingPoint* out,
+                       SurfaceValues* surfaces) {
   const Camera& camera = scene.camera();
   const auto count = static_cast<std::uint32_t>(camera_samples);
   batch.clear();
@@ -45,6 +56,7 @@ std::size_t shade_tile(const Scene& scene, const TileRect& tile, int camera_samp
     out[i].wo = -batch.direction(i);
     if (batch.hits[i].hit()) {
       out[i] = scene.shading_point(batch.hits[i], batch.direction(i));
+      if (surfaces != nullptr) surfaces[i] = texture_point(scene, batch.hits[i], out[i]);
       if (quantity == Quantity::Irradiance) look_along_normal(scene, out[i]);
     } else if (quantity == Quantity::Radiance) {
       // Seen directly; an irradiance there is none without a surface.
@@ -82,17 +94,19 @@ ShadingPoints make_shading_points(const Scene& scene, int camera_samples, std::u
     }
   }
   result.points.resize(total);
+  if (scene.has_textures() && quantity == Quantity::Radiance) result.surfaces.resize(total);
   std::atomic<std::size_t> valid{0};
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result.tiles.size()),
-                    [&](const auto& range) {
-                      RayBatch batch(static_cast<std::size_t>(tile_side) *
-                                     static_cast<std::size_t>(tile_side) * samples);
-                      for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                        const TileRect& tile = result.tiles[i];
-                        valid += shade_tile(scene, tile, camera_samples, seed, quantity, batch,
-                                            &result.points[tile.first]);
-                      }
-                    });
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, result.tiles.size()), [&](const auto& range) {
+        RayBatch batch(static_cast<std::size_t>(tile_side) * static_cast<std::size_t>(tile_side) *
+                       samples);
+        for (std::size_t i = range.begin(); i != range.end(); ++i) {
+          const TileRect& tile = result.tiles[i];
+          valid += shade_tile(scene, tile, camera_samples, seed, quantity, batch,
+                              &result.points[tile.first],
+                              result.surfaces.empty() ? nullptr : &result.surfaces[tile.first]);
+        }
+      });
   result.valid_count = valid;
   return result;
 }

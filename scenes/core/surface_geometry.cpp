@@ -1,6 +1,7 @@
 #include "scenes/core/surface_geometry.h"
 
 #include <array>
+#include <cmath>
 
 #include "scenes/core/error.h"
 
@@ -23,6 +24,8 @@ void add(const RectangleShape& s, SurfaceGeometry& geometry) {
   geometry.vertices = {Vec3(s.origin), Vec3(s.origin + s.edge_u),
                        Vec3(s.origin + s.edge_u + s.edge_v), Vec3(s.origin + s.edge_v)};
   geometry.indices = {0, 1, 2, 3};
+  // Upright and not mirrored for who sees edge_u to the right and edge_v upwards.
+  geometry.uvs = {Vec2(0, 1), Vec2(1, 1), Vec2(1, 0), Vec2(0, 0)};
 }
 
 void add(const SphereShape& s, SurfaceGeometry& geometry) {
@@ -33,6 +36,13 @@ void add(const SphereShape& s, SurfaceGeometry& geometry) {
 
 void add(const TriangleMeshShape& s, SurfaceGeometry& geometry) {
   add_mesh(s.vertices, s.triangles, geometry);
+  PN_CHECK(s.normals.empty() || s.normals.size() == s.vertices.size(), "one normal per vertex");
+  PN_CHECK(s.uvs.empty() || s.uvs.size() == s.vertices.size(), "one uv per vertex");
+  geometry.normals.reserve(s.normals.size());
+  for (const Vec3& n : s.normals) {
+    geometry.normals.push_back(is_usable_normal(n) ? Vec3(Vec3d(n).normalized()) : Vec3(0.0f));
+  }
+  geometry.uvs = s.uvs;
 }
 
 void add(const QuadMeshShape& s, SurfaceGeometry& geometry) {
@@ -45,11 +55,23 @@ void add(const SubdivisionShape&, SurfaceGeometry&) {
 
 }  // namespace
 
+bool is_usable_normal(const Vec3& n) noexcept {
+  return std::isfinite(n.x) && std::isfinite(n.y) && std::isfinite(n.z) && n != Vec3(0.0f);
+}
+
 SurfaceGeometry make_geometry(const ShapeDescription& shape) {
   SurfaceGeometry geometry;
   geometry.material = shape.material;
   std::visit([&](const auto& s) { add(s, geometry); }, shape.shape);
   return geometry;
+}
+
+Vec2 uv_at(const SurfaceGeometry& geometry, const RayHit& hit) noexcept {
+  if (geometry.uvs.empty()) return Vec2(0.0f);
+  const std::uint32_t* index = &geometry.indices[std::size_t{hit.primitive} * geometry.corners];
+  const auto uv = [&](std::uint32_t k) { return geometry.uvs[index[k]]; };
+  // The coordinates of a parallelogram's hit count along its edges from corner 0 in both halves.
+  return uv(0) * (1.0f - hit.u - hit.v) + uv(1) * hit.u + uv(geometry.corners - 1) * hit.v;
 }
 
 }  // namespace penumbra

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "scenes/core/ray_batch.h"
 #include "scenes/core/scene_description.h"
 #include "scenes/core/vec.h"
 
@@ -15,12 +16,21 @@ struct SurfaceGeometry {
   std::uint32_t corners{3};  ///< of a face: 3, 4, or 0 for a sphere
   std::vector<Vec3> vertices;
   std::vector<std::uint32_t> indices;  ///< `corners` per face
-  Vec3 center{0.0f};                   ///< of a sphere
+  std::vector<Vec3> normals;  ///< [vertex] unit, or 0: the face's own normal there; empty: flat
+  std::vector<Vec2> uvs;  ///< [vertex]; empty: none. Of quadrilaterals, only rectangles have them
+  Vec3 center{0.0f};      ///< of a sphere
   float radius{0.0f};
 };
 
 /// @param shape  normalised
 SurfaceGeometry make_geometry(const ShapeDescription& shape);
+
+/// Texture coordinates of a hit on the shape; (0, 0) where it has none.
+Vec2 uv_at(const SurfaceGeometry& geometry, const RayHit& hit) noexcept;
+
+/// Whether a vertex normal has a direction: finite, and not 0. Where it has none, the face's own
+/// normal stands in for it.
+bool is_usable_normal(const Vec3& n) noexcept;
 
 /// Normal of a triangle, as long as twice its area.
 inline Vec3 triangle_normal(const Vec3* corner) noexcept {

@@ -21,6 +21,8 @@ find_package(CLI11 CONFIG REQUIRED)
 find_package(nlohmann_json CONFIG REQUIRED)
 find_package(Boost REQUIRED)
 pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
+# Debian's CMake config names tools that its package does not have.
+pkg_check_modules(OPENIMAGEIO REQUIRED IMPORTED_TARGET OpenImageIO)
 
 # Header-only packages without a usable config file.
 find_path(VALIJSON_INCLUDE_DIR valijson/validator.hpp REQUIRED)

@@ -161,19 +161,21 @@ TEST(SceneFileLights, RefusesEmptyGrids) {
 TEST(SceneFileLights, RefusesBothOrNeitherOfRadianceAndGrid) {
   json scene = lit_scene();
   scene["environment"]["radiance"] = 1;
-  EXPECT_TRUE(
-      is_only_fault(scene, "/environment: expected either \"radiance\" or \"grid\", found both"));
+  EXPECT_TRUE(is_only_fault(scene,
+                            "/environment: expected one of \"radiance\", \"grid\" and \"image\", "
+                            "found \"radiance\" and \"grid\""));
   scene["environment"] = json::object();
   EXPECT_TRUE(is_only_fault(
-      scene, "/environment: expected either \"radiance\" or \"grid\", found neither"));
+      scene, "/environment: expected one of \"radiance\", \"grid\" and \"image\", found none"));
 }
 
 TEST(SceneFileLights, RefusesUnknownAndMissingKeys) {
   json scene = lit_scene();
   scene["environment"]["rotation"] = 3;
-  EXPECT_TRUE(is_only_fault(scene,
-                            "/environment/rotation: unknown key \"rotation\" (allowed: grid, name, "
-                            "radiance)"));
+  EXPECT_TRUE(
+      is_only_fault(scene,
+                    "/environment/rotation: unknown key \"rotation\" (allowed: grid, image, name, "
+                    "radiance, rotation_deg, scale)"));
   scene = lit_scene();
   scene["point_lights"][0].erase("position");
   EXPECT_NE(faults_of(scene).find("/point_lights/0"), std::string::npos);

@@ -321,7 +321,8 @@ TEST(SceneFile, ReportsFaultsOfSchemaAndMeaningTogether) {
   scene["shapes"][0]["material"] = "gold";
   EXPECT_EQ(faults_of(scene),
             "/camera/up: must not be the zero vector\n"
-            "/materials/grey/roughness: unknown key \"roughness\" (allowed: reflectance, type)\n"
+            "/materials/grey/roughness: unknown key \"roughness\" (allowed: mask, reflectance, "
+            "reflectance_texture, type)\n"
             "/shapes/0/material: unknown material \"gold\" (allowed: black, grey)");
 }
 
