@@ -21,6 +21,7 @@ find_package(CLI11 CONFIG REQUIRED)
 find_package(nlohmann_json CONFIG REQUIRED)
 find_package(Boost REQUIRED)
 pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
+pkg_check_modules(TINYOBJ REQUIRED IMPORTED_TARGET tinyobjloader_double)
 
 # Header-only packages without a usable config file.
 find_path(VALIJSON_INCLUDE_DIR valijson/validator.hpp REQUIRED)
