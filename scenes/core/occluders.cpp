@@ -32,12 +32,13 @@ void Occluders::add(const SurfaceGeometry& geometry) {
   }
   Bounds bounds;
   bounds.light = geometry.light;
-  if (geometry.corners == 0) {
+  if (geometry.vertices.empty()) {  // a sphere
     bounds.min = geometry.center - Vec3(geometry.radius);
     bounds.max = geometry.center + Vec3(geometry.radius);
     shapes_.push_back(bounds);
     return;
   }
+  // A subdivision surface is inside the hull of its cage.
   bounds.min = bounds.max = geometry.vertices[0];
   for (const Vec3& vertex : geometry.vertices) {
     for (int axis = 0; axis < 3; ++axis) {
