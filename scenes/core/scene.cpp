@@ -35,6 +35,12 @@ Scene::Scene(const SceneDescription& description)
   for (const PointLightDescription& light : scene.point_lights) {
     lights_.push_back(make_light(light, traits_.diagonal));
   }
+  for (const SpotLightDescription& light : scene.spot_lights) {
+    lights_.push_back(make_light(light, traits_.diagonal));
+  }
+  for (const DirectionalLightDescription& light : scene.directional_lights) {
+    lights_.push_back(make_light(light));
+  }
   if (scene.environment) {
     environment_light_ = static_cast<std::int32_t>(lights_.size());
     lights_.push_back(make_light(*scene.environment));
@@ -73,6 +79,8 @@ void Scene::work_out_traits(const SceneDescription& scene) {
     if (light.type == LightType::Sphere) ++traits_.sphere_lights;
     if (light.type == LightType::Mesh) ++traits_.mesh_lights;
     if (light.type == LightType::Point) ++traits_.point_lights;
+    if (light.type == LightType::Spot) ++traits_.spot_lights;
+    if (light.type == LightType::Directional) ++traits_.directional_lights;
   }
   traits_.has_environment = environment_light_ != kNoLight;
   traits_.materials = scene.materials.size();

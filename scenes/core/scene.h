@@ -21,7 +21,8 @@ struct SceneTraits {
   std::size_t triangles{0};  ///< quads count as two
   std::size_t spheres{0};
   std::size_t materials{0};
-  std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0}, point_lights{0};
+  std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0};
+  std::size_t point_lights{0}, spot_lights{0}, directional_lights{0};
   bool has_environment{false};
   bool all_diffuse{true};  ///< no glossy or Phong lobe anywhere
   float min_alpha{1.0f};   ///< sharpest GGX lobe
@@ -37,7 +38,8 @@ struct SceneTraits {
 /// lengths reported to the user are divided by `traits().scale`.
 class Scene {
  public:
-  /// @throws InputError when there is nothing to render, or a point light is too far away for float
+  /// @throws InputError when there is nothing to render, or a point or spot light is too far away
+  ///         for float
   explicit Scene(const SceneDescription& description);
 
   const std::string& name() const noexcept { return name_; }
