@@ -49,7 +49,8 @@ struct EstimateRecord {
   std::vector<std::string> components;
   std::vector<IterationRecord> iterations;
   std::vector<SampleRecord> samples;
-  Rgb delta{0.0f};                 ///< reflected light of delta lights, added without sampling
+  Rgb delta{0.0f};  ///< part of the result that is added without sampling: light of delta lights,
+                    ///< and all light in a mirror
   std::vector<std::string> notes;  ///< what else the estimator has to say, one line each
 };
 

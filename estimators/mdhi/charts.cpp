@@ -33,16 +33,20 @@ Charts::Charts(const Scene& scene, Domain domain, LightSampling light_sampling)
 void Charts::set_up(const ShadingPoint& point, const SurfaceValues* surface) noexcept {
   active_ = 0;
   point_ = point;
+  if (!scene_->is_mirror(point.material)) list_active_lights();
+  frame_ = Frame(point.shading_normal);
+  bsdf_ = BoundBsdf(scene_->bsdf_at(point.material, surface), frame_.to_local(point.wo));
+}
+
+void Charts::list_active_lights() noexcept {
   const std::span<const Light> lights = scene_->lights();
   for (const std::uint32_t id : scene_->sampled_lights()) {
-    if (!lights_[active_].set_up(lights[id], light_sampling_, point.position,
-                                 point.geometric_normal, scene_->keep_all())) {
+    if (!lights_[active_].set_up(lights[id], light_sampling_, point_.position,
+                                 point_.geometric_normal, scene_->keep_all())) {
       continue;
     }
     ids_[active_++] = id;
   }
-  frame_ = Frame(point.shading_normal);
-  bsdf_ = BoundBsdf(scene_->bsdf_at(point.material, surface), frame_.to_local(point.wo));
 }
 
 std::string Charts::name(std::size_t chart) const {

@@ -88,6 +88,7 @@ class Charts {
   const Vec3& origin() const noexcept { return point_.position; }
 
  private:
+  void list_active_lights() noexcept;
   std::size_t light_charts() const noexcept { return domain_ == Domain::Hemisphere ? 0 : active_; }
   bool draw(std::size_t chart, const Vec2& u, ChartPoint& point, Vec3& local) const noexcept;
   double light_density(std::size_t chart, const ChartPoint& point) const noexcept;

@@ -3,11 +3,13 @@
 #include <vector>
 
 #include "estimators/estimator.h"
+#include "estimators/mixture/sums.h"
 
 namespace penumbra {
 
 /// Light that every estimator adds without sampling, because it comes from a single direction: that
-/// of lights without extent. One ray each; in scenes without any, nothing is allocated or done.
+/// of lights without extent and, in a perfect mirror, all there is. One ray each; in scenes without
+/// any, nothing is allocated or done.
 class ExactLight {
  public:
   explicit ExactLight(const Scene& scene);
@@ -27,8 +29,11 @@ class ExactLight {
     Rgb reflected;   // without occlusion
   };
 
-  void add_delta_lights(const ShadingPoint& point, const Frame& frame, const BoundBsdf& bsdf,
-                        EstimateCounters& counters) noexcept;
+  RgbSum of_delta_lights(const ShadingPoint& point, const Frame& frame, const BoundBsdf& bsdf,
+                         EstimateCounters& counters) noexcept;
+  RgbSum in_mirror(const ShadingPoint& point, const Frame& frame, const BoundBsdf& bsdf,
+                   EstimateCounters& counters) noexcept;
+  void trace(EstimateCounters& counters) noexcept;
 
   const Scene* scene_;
   std::vector<Ray> rays_;  // the first batch_.size() are in use

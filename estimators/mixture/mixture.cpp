@@ -83,10 +83,7 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
   }
 }
 
-void Mixture::set_up(const ShadingPoint& point, const SurfaceValues* surface,
-                     EstimateRecord* record) noexcept {
-  active_.clear();
-  active_ids_.clear();
+void Mixture::list_active_lights(const ShadingPoint& point) noexcept {
   const std::span<const Light> lights = scene_->lights();
   LightProposal proposal;
   for (const std::uint32_t id : scene_->sampled_lights()) {
@@ -97,6 +94,13 @@ void Mixture::set_up(const ShadingPoint& point, const SurfaceValues* surface,
     active_.push_back(proposal);
     active_ids_.push_back(id);
   }
+}
+
+void Mixture::set_up(const ShadingPoint& point, const SurfaceValues* surface,
+                     EstimateRecord* record) noexcept {
+  active_.clear();
+  active_ids_.clear();
+  if (!scene_->is_mirror(point.material)) list_active_lights(point);
   point_ = point;
   record_ = nullptr;
   if (active_.empty() && !exact_.possible()) return;

@@ -16,19 +16,9 @@
 /// estimator's business. Delta lights are no components: their light is added apart.
 ///
 /// Components that can not contribute at a point are left out by rules that depend on scene and
-/// point alone (unless the scene keeps all): lights below the horizon, seen from behind or black.
+/// point alone (unless the scene keeps all): lights below the horizon, seen from behind or black; in
+/// a mirror all of them.
 namespace penumbra {
-
-/// Double-precision RGB, for sums and weights.
-using RgbSum = Vec3d;
-
-inline RgbSum widen(const Rgb& c) noexcept { return {c.x, c.y, c.z}; }
-inline Rgb narrow(const RgbSum& c) noexcept {
-  return {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
-}
-inline double luminance(const RgbSum& c) noexcept {
-  return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
-}
 
 /// Uniform directions about an axis; inactive while `one_minus_cos` is 0.
 struct Cone {
@@ -130,6 +120,7 @@ class Mixture {
   void scale_recorded_weights(std::size_t first, std::size_t last, double factor) noexcept;
 
  private:
+  void list_active_lights(const ShadingPoint& point) noexcept;
   StreamKey stream(StreamKey key, int component) const noexcept;
   void draw_component(SamplerKind sampler, const StreamKey& key, int component, int count) noexcept;
   void draw_light(const LightProposal& light, std::size_t count) noexcept;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "scenes/core/frame.h"
 #include "scenes/core/warp.h"
@@ -28,6 +29,17 @@ float intersect_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3
   const float v = dot(wi, q) * inv_det;
   if (!(v >= 0.0f && u + v <= 1.0f)) return 0.0f;
   return std::max(dot(e2, q) * inv_det, 0.0f);
+}
+
+// Share of a spot light's intensity that leaves it against wi: the square of the linear share of
+// cosines between the outer and the inner angle. 1 - cos comes from the chord, which keeps its
+// digits next to the axis. Source: glTF extension KHR_lights_punctual, "Inner and Outer Cone
+// Angles".
+double spot_falloff(const Light& light, const Vec3d& wi) noexcept {
+  const double depth = 0.5 * (wi + light.axis).length2();
+  const double share = (light.outer_depth - depth) / (light.outer_depth - light.inner_depth);
+  const double clamped = std::clamp(share, 0.0, 1.0);
+  return clamped * clamped;
 }
 
 // Largest signed distance of a box's corners over the plane through `from`.
@@ -68,6 +80,8 @@ bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec
       mode_ = Mode::Environment;
       return keep_all || light.environment.can_light(normal);
     case LightType::Point:
+    case LightType::Spot:
+    case LightType::Directional:
       break;  // no density: sample_delta
   }
   return false;
@@ -75,13 +89,21 @@ bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec
 
 std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
                                         const Vec3& normal) noexcept {
+  if (light.type == LightType::Directional) {
+    const Vec3 wi(-light.axis);
+    if (!(dot(wi, normal) > 0.0f)) return std::nullopt;
+    return DeltaSample{wi, std::numeric_limits<float>::infinity(), light.irradiance};
+  }
   // In double, whose range holds the square of every length in float.
   const Vec3d to_light = Vec3d(light.center) - Vec3d(from);
   if (!(to_light.dot(Vec3d(normal)) > 0.0)) return std::nullopt;
   const double distance2 = to_light.dot(to_light);
   const double distance = std::sqrt(distance2);
-  return DeltaSample{Vec3(to_light / distance), static_cast<float>(distance),
-                     Rgb(Vec3(light.intensity / distance2))};
+  const Vec3d wi = to_light / distance;
+  const double falloff = light.type == LightType::Spot ? spot_falloff(light, wi) : 1.0;
+  if (!(falloff > 0.0)) return std::nullopt;
+  return DeltaSample{Vec3(wi), static_cast<float>(distance),
+                     Rgb(Vec3(light.intensity / distance2 * falloff))};
 }
 
 bool LightProposal::set_up_rectangle(LightSampling sampling, bool keep_all) noexcept {

@@ -20,6 +20,8 @@ enum class LightType : std::uint8_t {
   Mesh,
   Environment,  ///< light from infinitely far away, where a ray meets nothing
   Point,        ///< a position: no direction sampling can find it
+  Spot,         ///< a position that shines into a cone
+  Directional,  ///< one direction, from infinitely far away
 };
 
 /// How a direction towards a light is drawn where there is a choice.
@@ -37,22 +39,29 @@ struct Light {
   bool two_sided{false};
   std::string name;
   Rgb radiance{0.0f};    ///< of shapes [W/(m^2 sr)]
-  Vec3d intensity{0.0};  ///< of a point light, RGB: irradiance x distance^2 in scene units; double,
-                         ///< because the square of a scale can leave the range of float
-  double area{0.0};      ///< of shapes, in scene units squared
+  Rgb irradiance{0.0f};  ///< of a directional light, on a surface that faces it [W/m^2]
+  Vec3d intensity{0.0};  ///< of point and spot, RGB: irradiance x distance^2 in scene units;
+                         ///< double, because the square of a scale can leave the range of float
+  double area{0.0};  ///< of shapes, in scene units squared
 
   Vec3 origin{0.0f}, edge_u{0.0f}, edge_v{0.0f};  ///< rectangle: corner and perpendicular edges
   Vec3 normal{0.0f};                              ///< rectangle: unit, edge_u x edge_v
-  Vec3 center{0.0f};                              ///< sphere, point
+  Vec3 center{0.0f};                              ///< sphere, point, spot
   float radius{0.0f};                             ///< sphere
   std::vector<Vec3> vertices;                     ///< mesh: three per triangle
   DiscreteDistribution triangle_areas;            ///< mesh
   Environment environment;                        ///< environment
-  Vec3 bounds_min{0.0f}, bounds_max{0.0f};        ///< box around the shape; unused at infinity
+  Vec3d axis{0.0};  ///< spot, directional: unit, in which the light travels
+  /// Spot: 1 - cos of the half angles of the undimmed part and of the whole cone. Not the cosines,
+  /// which have no digits left for narrow cones.
+  double inner_depth{0.0}, outer_depth{0.0};
+  Vec3 bounds_min{0.0f}, bounds_max{0.0f};  ///< box around the shape; unused at infinity
 
   /// Whether the light has no density over directions. Estimators then add its radiance apart from
   /// everything they sample (`sample_delta`), with one ray.
-  bool is_delta() const noexcept { return type == LightType::Point; }
+  bool is_delta() const noexcept {
+    return type == LightType::Point || type == LightType::Spot || type == LightType::Directional;
+  }
 
   /// Radiance that arrives along a ray of unit direction `wi` that ends at this light's emitting
   /// side [W/(m^2 sr)].
@@ -67,15 +76,16 @@ struct Light {
   }
 };
 
-/// The one direction towards a light without extent.
+/// The one direction towards a delta light.
 struct DeltaSample {
   Vec3 wi{0.0f};         ///< unit
-  float distance{0.0f};  ///< a ray that meets nothing nearer sees the light
+  float distance{0.0f};  ///< a ray that meets nothing nearer sees the light; may be infinite
   Rgb irradiance{0.0f};  ///< on a surface that faces wi, without occlusion [W/m^2]
 };
 
 /// @param normal  geometric normal on the side of the viewer
-/// @return nullopt where the light is not above the horizon, or is at `from` itself
+/// @return nullopt where the light is not above the horizon, is at `from` itself, or `from` is
+///         outside a spot light's cone
 std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
                                         const Vec3& normal) noexcept;
 

@@ -78,6 +78,12 @@ Scene::Scene(const SceneDescription& description, const SceneOptions& options)
   for (const PointLightDescription& light : scene.point_lights) {
     lights_.push_back(make_light(light, traits_.diagonal));
   }
+  for (const SpotLightDescription& light : scene.spot_lights) {
+    lights_.push_back(make_light(light, traits_.diagonal));
+  }
+  for (const DirectionalLightDescription& light : scene.directional_lights) {
+    lights_.push_back(make_light(light));
+  }
   if (scene.environment) {
     environment_light_ = static_cast<std::int32_t>(lights_.size());
     lights_.push_back(make_light(*scene.environment));
@@ -128,11 +134,14 @@ void Scene::work_out_traits(const SceneDescription& scene) {
     if (light.type == LightType::Sphere) ++traits_.sphere_lights;
     if (light.type == LightType::Mesh) ++traits_.mesh_lights;
     if (light.type == LightType::Point) ++traits_.point_lights;
+    if (light.type == LightType::Spot) ++traits_.spot_lights;
+    if (light.type == LightType::Directional) ++traits_.directional_lights;
   }
   traits_.has_environment = scene.environment.has_value();
   traits_.materials = scene.materials.size();
   for (const Bsdf& bsdf : std::span(bsdfs_).first(scene.materials.size())) {
     traits_.all_diffuse = traits_.all_diffuse && bsdf.type() == BsdfType::Lambert;
+    traits_.has_mirrors = traits_.has_mirrors || bsdf.is_delta();
     traits_.min_alpha = std::min(traits_.min_alpha, bsdf.min_alpha());
   }
   traits_.ray_scene_bytes = rays_.memory_bytes();

@@ -23,8 +23,10 @@ struct SceneTraits {
   std::size_t triangles{0};  ///< that rays meet, see traced_triangles
   std::size_t spheres{0};
   std::size_t materials{0};
-  std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0}, point_lights{0};
+  std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0};
+  std::size_t point_lights{0}, spot_lights{0}, directional_lights{0};
   bool has_environment{false};
+  bool has_mirrors{false};
   bool all_diffuse{true};  ///< no glossy or Phong lobe anywhere
   float min_alpha{1.0f};   ///< sharpest GGX lobe; textures of roughness can sharpen it further
   double scale{1.0};       ///< scene units per world unit, a power of two
@@ -49,7 +51,8 @@ struct SceneOptions {
 /// lengths reported to the user are divided by `traits().scale`.
 class Scene {
  public:
-  /// @throws InputError when there is nothing to render, or a point light is too far away for float
+  /// @throws InputError when there is nothing to render, or a point or spot light is too far away
+  ///         for float
   explicit Scene(const SceneDescription& description, const SceneOptions& options = {});
 
   const std::string& name() const noexcept { return name_; }
@@ -63,6 +66,10 @@ class Scene {
   /// @param values  of the point's textures; nullptr: factors of 1
   Bsdf bsdf_at(std::uint32_t material, const SurfaceValues* values) const noexcept {
     return values != nullptr ? bsdfs_[material].with(*values) : bsdfs_[material];
+  }
+  /// Whether a material reflects along a single direction, so that there is nothing to sample.
+  bool is_mirror(std::uint32_t material) const noexcept {
+    return traits_.has_mirrors && bsdfs_[material].is_delta();
   }
   /// Index of the material that turns radiance into irradiance: f = 1, so that the reflected
   /// "radiance" is the integral of arriving radiance x cosine [W/m^2].

@@ -9,15 +9,32 @@
 namespace penumbra {
 namespace {
 
-// Largest distance of a point light from the scene's centre [scene units].
-constexpr double kMaxPointLightDistance = 1e18;
+// Largest distance of a point or spot light from the scene's centre [scene units].
+constexpr double kMaxLightDistance = 1e18;
 
-std::string too_far(const std::string& name, double distance, double diagonal) {
-  std::ostringstream text;
-  text << "point light \"" << name << "\" is " << distance / diagonal
-       << " times the scene's diagonal away from its centre; allowed: up to "
-       << kMaxPointLightDistance / diagonal;
-  return text.str();
+// A light at a position. A direction and a distance towards it must be left in float.
+Light positioned(LightType type, const char* kind, const std::string& name, const Vec3d& position,
+                 double diagonal) {
+  const double distance = position.length();
+  if (!(distance <= kMaxLightDistance)) {
+    std::ostringstream text;
+    text << kind << " light \"" << name << "\" is " << distance / diagonal
+         << " times the scene's diagonal away from its centre; allowed: up to "
+         << kMaxLightDistance / diagonal;
+    throw InputError(text.str());
+  }
+  Light light;
+  light.type = type;
+  light.name = name;
+  light.center = Vec3(position);
+  light.bounds_min = light.bounds_max = light.center;
+  return light;
+}
+
+// 1 - cos of an angle, with all its digits for small ones.
+double depth_of(double angle_deg) {
+  const double sine = std::sin(0.5 * angle_deg * M_PI / 180.0);
+  return 2.0 * sine * sine;
 }
 
 }  // namespace
@@ -70,17 +87,29 @@ Light make_light(const ShapeDescription& shape, const SurfaceGeometry& geometry)
 }
 
 Light make_light(const PointLightDescription& description, double diagonal) {
-  // A direction and a distance must be left in float.
-  const double distance = description.position.length();
-  if (!(distance <= kMaxPointLightDistance)) {
-    throw InputError(too_far(description.name, distance, diagonal));
-  }
-  Light light;
-  light.type = LightType::Point;
-  light.name = description.name;
-  light.center = Vec3(description.position);
+  Light light =
+      positioned(LightType::Point, "point", description.name, description.position, diagonal);
   light.intensity = description.intensity;
-  light.bounds_min = light.bounds_max = light.center;
+  return light;
+}
+
+Light make_light(const SpotLightDescription& description, double diagonal) {
+  PN_CHECK(description.inner_angle_deg < description.outer_angle_deg, "a spot light has a falloff");
+  Light light =
+      positioned(LightType::Spot, "spot", description.name, description.position, diagonal);
+  light.intensity = description.intensity;
+  light.axis = description.direction.normalized();
+  light.inner_depth = depth_of(description.inner_angle_deg);
+  light.outer_depth = depth_of(description.outer_angle_deg);
+  return light;
+}
+
+Light make_light(const DirectionalLightDescription& description) {
+  Light light;
+  light.type = LightType::Directional;
+  light.name = description.name;
+  light.irradiance = description.irradiance;
+  light.axis = description.direction.normalized();
   return light;
 }
 

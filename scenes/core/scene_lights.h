@@ -15,6 +15,11 @@ Light make_light(const ShapeDescription& shape, const SurfaceGeometry& geometry)
 /// @throws InputError when the light is too far away for float
 Light make_light(const PointLightDescription& description, double diagonal);
 
+/// @throws InputError as of a point light
+Light make_light(const SpotLightDescription& description, double diagonal);
+
+Light make_light(const DirectionalLightDescription& description);
+
 Light make_light(const EnvironmentDescription& description);
 
 }  // namespace penumbra
