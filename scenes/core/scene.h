@@ -93,6 +93,7 @@ class Scene {
   std::vector<Light> lights_;
   std::vector<SurfaceGeometry> geometries_;
   RayScene rays_;
+  std::vector<std::unique_ptr<RayScene>> light_crossings_;  // of mesh lights of many triangles
   SceneTraits traits_;
   std::string content_hash_;
   std::int32_t environment_light_{kNoLight};
