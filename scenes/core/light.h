@@ -8,6 +8,7 @@
 #include "scenes/core/block.h"
 #include "scenes/core/distribution.h"
 #include "scenes/core/environment.h"
+#include "scenes/core/ray_batch.h"
 #include "scenes/core/sampler.h"
 #include "scenes/core/vec.h"
 
@@ -33,6 +34,17 @@ enum class LightSampling : std::uint8_t {
 
 std::string_view to_string(LightSampling sampling);
 
+/// Bounds of a mesh's geometric normals, and of the mesh along their axis.
+struct NormalBounds {
+  Vec3d axis{0.0};      ///< unit
+  double cosine{-1.0};  ///< of the largest angle between the axis and a normal; <= 0: no bounds
+  double sine{0.0};
+  double lowest{0.0};  ///< smallest coordinate of a vertex along the axis
+
+  /// Whether every triangle certainly turns its back to a point.
+  bool all_face_away_from(const Vec3& point, double farthest_vertex) const noexcept;
+};
+
 /// One light in scene space; immutable after loading. Emission is constant over a shape's surface.
 struct Light {
   LightType type{LightType::Rectangle};
@@ -42,7 +54,7 @@ struct Light {
   Rgb irradiance{0.0f};  ///< of a directional light, on a surface that faces it [W/m^2]
   Vec3d intensity{0.0};  ///< of point and spot, RGB: irradiance x distance^2 in scene units;
                          ///< double, because the square of a scale can leave the range of float
-  double area{0.0};  ///< of shapes, in scene units squared
+  double area{0.0};      ///< of shapes, in scene units squared
 
   Vec3 origin{0.0f}, edge_u{0.0f}, edge_v{0.0f};  ///< rectangle: corner and perpendicular edges
   Vec3 normal{0.0f};                              ///< rectangle: unit, edge_u x edge_v
@@ -50,8 +62,12 @@ struct Light {
   float radius{0.0f};                             ///< sphere
   std::vector<Vec3> vertices;                     ///< mesh: three per triangle
   DiscreteDistribution triangle_areas;            ///< mesh
-  Environment environment;                        ///< environment
-  Vec3d axis{0.0};  ///< spot, directional: unit, in which the light travels
+  NormalBounds normal_bounds;                     ///< mesh
+  /// Mesh of many triangles: its own ray scene, which finds all crossings of a ray; owned by the
+  /// Scene. nullptr: few triangles, all are tried.
+  const RayScene* crossings{nullptr};
+  Environment environment;  ///< environment
+  Vec3d axis{0.0};          ///< spot, directional: unit, in which the light travels
   /// Spot: 1 - cos of the half angles of the undimmed part and of the whole cone. Not the cosines,
   /// which have no digits left for narrow cones.
   double inner_depth{0.0}, outer_depth{0.0};
@@ -143,6 +159,7 @@ class LightProposal {
 
   bool set_up_rectangle(LightSampling sampling, bool keep_all) noexcept;
   bool set_up_sphere(bool keep_all) noexcept;
+  bool set_up_mesh(const Vec3& normal, bool keep_all) noexcept;
   LightSample sample_rectangle_angle(const Vec2& u) const noexcept;
   float mesh_pdf_w(const Vec3& wi) const noexcept;
 
@@ -162,7 +179,7 @@ class LightProposal {
   double b0_{0}, b1_{0}, k_{0}, solid_angle_{0};
   float pdf_constant_{0};  // 1/solid angle, of the rectangle or the sphere's cone
 
-  // Sphere.
+  // Sphere, and for a mesh the sphere around its box.
   Vec3 axis_{0.0f};  // unit, towards the centre
   float one_minus_cos_{0};
 };

@@ -108,7 +108,11 @@ void Scene::add_shape(const ShapeDescription& shape) {
   if (filter != nullptr) ++traits_.masked_shapes;
   if (shape.emission) {
     geometry.light = static_cast<std::int32_t>(lights_.size());
-    lights_.push_back(make_light(shape, geometry));
+    Light& light = lights_.emplace_back(make_light(shape, geometry));
+    if (auto crossings = make_crossings(light)) {
+      light.crossings = crossings.get();
+      light_crossings_.push_back(std::move(crossings));
+    }
   }
   if (geometry.subdivision_level > 0) {
     rays_.add_subdivision(geometry.vertices, geometry.face_sizes, geometry.indices,

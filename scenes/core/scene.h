@@ -148,6 +148,7 @@ class Scene {
   Occluders occluders_;
   std::unique_ptr<SceneTextures> textures_;  // nullptr where no material in use has an image
   RayScene rays_;
+  std::vector<std::unique_ptr<RayScene>> light_crossings_;  // of mesh lights of many triangles
   SceneTraits traits_;
   std::string content_hash_;
   std::int32_t environment_light_{kNoLight};

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <sstream>
 
 #include "scenes/core/error.h"
@@ -73,6 +75,7 @@ Light make_light(const ShapeDescription& shape, const SurfaceGeometry& geometry)
     }
     light.triangle_areas = DiscreteDistribution(areas);
     light.area = light.triangle_areas.total_weight();
+    light.normal_bounds = normal_bounds(light.vertices);
   }
   const Vec3 radius(light.radius);
   light.bounds_min = light.type == LightType::Sphere ? light.center - radius : geometry.vertices[0];
@@ -84,6 +87,41 @@ Light make_light(const ShapeDescription& shape, const SurfaceGeometry& geometry)
     }
   }
   return light;
+}
+
+NormalBounds normal_bounds(const std::vector<Vec3>& vertices) {
+  const auto normal_of = [&](std::size_t i) {
+    return (Vec3d(vertices[i + 1]) - Vec3d(vertices[i]))
+        .cross(Vec3d(vertices[i + 2]) - Vec3d(vertices[i]));
+  };
+  NormalBounds bounds;
+  Vec3d sum(0.0);
+  for (std::size_t i = 0; i < vertices.size(); i += 3) sum += normal_of(i);
+  if (!(sum.length() > 0.0)) return bounds;
+  bounds.axis = sum.normalized();
+  // By the chord, which keeps its digits where the normals hardly differ.
+  double chord2 = 0.0;
+  bounds.lowest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    bounds.lowest = std::min(bounds.lowest, bounds.axis.dot(Vec3d(vertices[i])));
+    if (i % 3 != 0) continue;
+    const Vec3d normal = normal_of(i);
+    const double length = normal.length();
+    if (length > 0.0) chord2 = std::max(chord2, (normal / length - bounds.axis).length2());
+  }
+  bounds.cosine = 1.0 - 0.5 * chord2;
+  bounds.sine = std::sqrt(chord2 * std::max(0.0, 1.0 - 0.25 * chord2));
+  return bounds;
+}
+
+std::unique_ptr<RayScene> make_crossings(const Light& light) {
+  if (light.vertices.size() <= 3 * kMaxTriedTriangles) return nullptr;
+  auto scene = std::make_unique<RayScene>(RayScene::Query::Crossings);
+  std::vector<std::uint32_t> indices(light.vertices.size());
+  std::iota(indices.begin(), indices.end(), 0u);
+  scene->add_triangles(light.vertices, indices);
+  scene->commit();
+  return scene;
 }
 
 Light make_light(const PointLightDescription& description, double diagonal) {

@@ -76,7 +76,7 @@ class Generator {
 
   void add_material(bool sharp, bool& rough) {
     const std::string name = "material" + std::to_string(scene_->materials.size());
-    switch (integer(0, 3)) {
+    switch (integer(0, 4)) {
       case 0:
         scene_->materials.push_back({name, LambertMaterial{color(0.1, 0.9)}});
         return;
@@ -91,6 +91,14 @@ class Generator {
         rough = rough && exponent <= kRoughExponent;
         scene_->materials.push_back(
             {name, PhongMaterial{color(0.0, 0.4), color(0.1, 0.6), exponent}});
+        return;
+      }
+      case 3: {
+        MetallicRoughnessMaterial coated;
+        coated.base_color = color(0.1, 0.9);
+        coated.metallic = static_cast<float>(uniform() < 0.5 ? integer(0, 1) : uniform());
+        coated.roughness = std::sqrt(lobe_width(sharp, rough));
+        scene_->materials.push_back({name, coated});
         return;
       }
       default: {
@@ -121,14 +129,27 @@ class Generator {
       const Vec3d center((i & 1 ? 1 : -1) * uniform(0.6, 1.4), uniform(1.9, 2.6),
                          (i & 2 ? 1 : -1) * uniform(0.6, 1.4));
       const std::string name = "light" + std::to_string(i);
-      const int kind = integer(0, 4);
-      if (kind == 3 && !scene_->environment) {
+      const int kind = integer(0, 6);
+      if (kind == 4 && !scene_->environment) {
         add_environment();
-      } else if (kind >= 3) {
-        scene_->point_lights.push_back({name, center, color(0.5, 4.0)});
+      } else if (kind >= 4) {
+        add_delta_light(kind, name, center);
       } else {
         add_area_light(kind, name, center);
       }
+    }
+  }
+
+  void add_delta_light(int kind, const std::string& name, const Vec3d& center) {
+    const Vec3d aim = Vec3d(uniform(-0.8, 0.8), 0, uniform(-0.8, 0.8)) - center;
+    if (kind == 4) {
+      scene_->point_lights.push_back({name, center, color(0.5, 4.0)});
+    } else if (kind == 5) {
+      const double outer = log_uniform(5.0, 90.0);
+      scene_->spot_lights.push_back(
+          {name, center, aim, Vec3d(color(0.5, 8.0)), uniform(0.0, 0.99) * outer, outer});
+    } else {
+      scene_->directional_lights.push_back({name, aim, color(0.1, 2.0)});
     }
   }
 
@@ -146,9 +167,11 @@ class Generator {
       scene_->shapes.push_back(
           test::light(name, SphereShape{center, uniform(0.15, 0.4)}, radiance, two_sided));
     } else {
-      scene_->shapes.push_back(
-          test::light(name, turned(test::tetrahedron_mesh({0, 0, 0}, uniform(0.25, 0.5)), center),
-                      radiance, two_sided));
+      // Few triangles, or enough for a ray scene of the light's own.
+      const double size = uniform(0.25, 0.5);
+      const TriangleMeshShape mesh = kind == 2 ? test::tetrahedron_mesh({0, 0, 0}, size)
+                                               : test::sphere_mesh({0, 0, 0}, size, 8, 10);
+      scene_->shapes.push_back(test::light(name, turned(mesh, center), radiance, two_sided));
     }
   }
 
@@ -208,6 +231,10 @@ class Generator {
     for (PointLightDescription& light : scene_->point_lights) {
       point(light.position);
       light.intensity *= static_cast<float>(scale * scale);
+    }
+    for (SpotLightDescription& light : scene_->spot_lights) {
+      point(light.position);
+      light.intensity *= scale * scale;
     }
     for (ShapeDescription& s : scene_->shapes) {
       if (auto* r = std::get_if<RectangleShape>(&s.shape)) {

@@ -23,7 +23,8 @@ struct FuzzScene {
 };
 
 /// A floor with 0 to 5 occluders (rectangles, spheres, meshes, turned at random) under 1 to 4
-/// lights (rectangles, spheres, meshes, at most one environment, points), random materials down to
+/// lights (rectangles, spheres, meshes of few and many triangles, at most one environment, points,
+/// spots, directional ones), random materials down to
 /// nearly specular ones, everything scaled by 1e-3 to 1e3 and moved by up to 1e3 times the scaled
 /// unit. Lights do not touch each other or the occluders: where surfaces meet a light, the variance
 /// of sampling its area has no bound.

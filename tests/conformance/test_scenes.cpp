@@ -55,7 +55,9 @@ SceneDescription sky() {
   MixtureMaterial coated;
   coated.diffuse.reflectance = Rgb(0.3f, 0.4f, 0.6f);
   coated.glossy.alpha = 0.3f;
-  scene.materials = {{"sand", LambertMaterial{Rgb(0.6f, 0.55f, 0.4f)}}, {"coated", coated}};
+  scene.materials = {{"sand", LambertMaterial{Rgb(0.6f, 0.55f, 0.4f)}},
+                     {"coated", coated},
+                     {"plastic", MetallicRoughnessMaterial{Rgb(0.5f, 0.3f, 0.2f), 0.1f, 0.5f}}};
   EnvironmentDescription environment;
   environment.columns = 8;
   environment.rows = 4;
@@ -64,9 +66,13 @@ SceneDescription sky() {
   for (std::size_t i = 24; i < 32; ++i) environment.texels[i] = Rgb(0.0f);
   scene.environment = environment;
   scene.point_lights = {{"bulb", {1.2, 1.5, 0.5}, Rgb(2.0f, 1.5f, 1.0f)}};
+  scene.spot_lights = {{"spot", {-1.5, 2.0, 0.5}, {1.5, -2.0, 0.1}, Vec3d(4.0), 5, 25}};
+  scene.directional_lights = {{"sun", {0.5, -1.0, -0.4}, Rgb(0.6f, 0.5f, 0.4f)}};
   scene.shapes = {test::shape("floor", floor_shape()),
                   test::shape("ball", SphereShape{{-0.5, 0.6, 0.0}, 0.6}, 1),
-                  test::shape("board", ceiling({0.4, 0.9, -0.2}, 0.7, 0.6), 1),
+                  test::shape("board", ceiling({0.4, 0.9, -0.2}, 0.7, 0.6), 2),
+                  test::light("lantern", test::sphere_mesh({1.5, 0.9, -1.2}, 0.3, 8, 10),
+                              Rgb(1.5f, 1.0f, 0.5f)),
                   test::light("panel", ceiling({-1.4, 2.4, -1.8}, 1.2, 1.2), Rgb(4.0f))};
   return scene;
 }

@@ -62,7 +62,9 @@ TEST(MetallicRoughness, WhiteFurnaceGainsNothing) {
       for (const float cosine : kCosines) {
         const double value = albedo(bsdf, cosine);
         EXPECT_LE(value, 1.0 + 1e-4) << metallic << " " << roughness << " cos " << cosine;
-        EXPECT_GT(value, 0.15) << metallic << " " << roughness << " cos " << cosine;
+        // Rough surfaces lose what their microfacets pass on, coats at grazing angles most of it.
+        EXPECT_GT(value, cosine >= 0.3f ? 0.25 : 0.05)
+            << metallic << " " << roughness << " cos " << cosine;
       }
     }
   }
