@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "scenes/core/json_schema.h"
+#include "scenes/core/scene_file_model.h"
 #include "scenes/core/scene_file_shapes.h"
 #include "scenes/core/scene_schema.h"
 #include "scenes/core/suggest.h"
@@ -175,11 +176,25 @@ class SceneReader {
     } else if (type == "triangles") {
       shape.shape =
           read_triangles(value, {document_, pointer, shape.name}, faults_, scene_.warnings);
+    } else if (type == "model") {
+      if (!read_model(value, pointer, shape)) return;
     } else {
       shape.shape = read_quads(value, {document_, pointer, shape.name}, faults_, scene_.warnings);
     }
     if (value.contains("emission")) read_emission(value["emission"], shape);
     add_shape(std::move(shape), pointer);
+  }
+
+  bool read_model(const json& value, const std::string& pointer, ShapeDescription& shape) {
+    std::optional<ModelShape> model =
+        read_model_shape(value, {document_, pointer, shape.name}, faults_, scene_.warnings);
+    if (!model) return false;
+    shape.shape = std::move(model->shape);
+    if (model->source == ModelSource::RealModel) scene_.geometry = "models";
+    if (model->source == ModelSource::Generated && scene_.geometry == "own") {
+      scene_.geometry = "generated";
+    }
+    return true;
   }
 
   RectangleShape read_rectangle(const json& value, const std::string& pointer) {
