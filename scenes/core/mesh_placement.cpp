@@ -28,7 +28,7 @@ Vec3d rotated(Vec3d v, const std::vector<Vec3d>& rotations_deg) {
   return v;
 }
 
-bool place_vertices(std::vector<Vec3d>& vertices, const Placement& placement) {
+bool place_vertices(std::vector<Vec3d>& vertices, const ModelPlacement& placement) {
   std::vector<Vec3d> placed(vertices.size());
   Vec3d low(std::numeric_limits<double>::infinity());
   Vec3d high = -low;
@@ -66,13 +66,13 @@ void append_values(std::vector<T>& values, std::size_t vertices, const std::vect
 
 }  // namespace
 
-bool place_mesh(TriangleMeshShape& mesh, const Placement& placement) {
+bool place_mesh(TriangleMeshShape& mesh, const ModelPlacement& placement) {
   if (!place_vertices(mesh.vertices, placement)) return false;
   for (Vec3& n : mesh.normals) n = Vec3(rotated(Vec3d(n), placement.rotations_deg));
   return true;
 }
 
-bool place_mesh(SubdivisionShape& cage, const Placement& placement) {
+bool place_mesh(SubdivisionShape& cage, const ModelPlacement& placement) {
   return place_vertices(cage.vertices, placement);
 }
 

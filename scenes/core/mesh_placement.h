@@ -8,7 +8,7 @@
 namespace penumbra {
 
 /// How a model is set into a scene.
-struct Placement {
+struct ModelPlacement {
   std::vector<Vec3d> rotations_deg;  ///< one after the other; each about x, then y, then z
   std::optional<double> height;      ///< of the bounding box after rotation; sets the scale
   double scale{1.0};                 ///< where there is no height
@@ -18,8 +18,8 @@ struct Placement {
 
 /// The bounding box is that of the vertices: of a subdivision surface, that of its cage.
 /// @return false, with nothing changed, where a height is asked for and the model has none
-bool place_mesh(TriangleMeshShape& mesh, const Placement& placement);
-bool place_mesh(SubdivisionShape& cage, const Placement& placement);
+bool place_mesh(TriangleMeshShape& mesh, const ModelPlacement& placement);
+bool place_mesh(SubdivisionShape& cage, const ModelPlacement& placement);
 
 /// Appends a mesh. Normals and texture coordinates are kept where either has them; vertices of the
 /// other then have none (0).

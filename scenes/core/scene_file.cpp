@@ -8,7 +8,9 @@
 #include <string>
 #include <utility>
 
+#include "scenes/core/error.h"
 #include "scenes/core/json_schema.h"
+#include "scenes/core/models/model_scene.h"
 #include "scenes/core/scene_file_model.h"
 #include "scenes/core/scene_file_shapes.h"
 #include "scenes/core/scene_schema.h"
@@ -58,6 +60,7 @@ class SceneReader {
       read_shapes();
       read_point_lights();
       if (sound("/environment")) read_environment(root_["environment"]);
+      read_includes();
     }
     faults_.throw_if_any();
     return std::move(scene_);
@@ -310,6 +313,29 @@ class SceneReader {
     }
   }
 
+  /// Last, because names of model files give way to those of the scene file.
+  void read_includes() {
+    const auto includes = root_.find("include");
+    if (includes == root_.end()) {
+      if (!root_.contains("materials")) fault("", "missing key \"materials\"");
+      if (!root_.contains("shapes")) fault("", "missing key \"shapes\"");
+      return;
+    }
+    if (!sound("/include")) return;
+    for (std::size_t i = 0; i < includes->size(); ++i) {
+      const std::string name = (*includes)[i]["file"].get<std::string>();
+      const std::filesystem::path file =
+          std::filesystem::path(document_.source()).parent_path() / name;
+      try {
+        Model model = load_model(file);
+        for (std::string& warning : model.warnings) warning.insert(0, name + ": ");
+        add_model(file.stem().string(), std::move(model), scene_);
+      } catch (const InputError& error) {
+        fault(child_pointer(child_pointer("/include", i), "file"), error.what());
+      }
+    }
+  }
+
   void add_light_name(const std::string& name, const std::string& pointer) {
     if (names_.insert(name).second) return;
     fault(pointer,
@@ -327,6 +353,7 @@ class SceneReader {
 }  // namespace
 
 SceneDescription load_scene_description(const std::filesystem::path& file) {
+  if (is_model_file(file)) return scene_of_model(file);
   return parse_scene_description(LocatedJson::parse_file(file));
 }
 

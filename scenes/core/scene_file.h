@@ -7,8 +7,8 @@
 
 namespace penumbra {
 
-/// Reads a scene file (format "penumbra-scene"; scenes/scene.schema.json states it,
-/// scenes/README.md explains it).
+/// Reads a model file as a scene (`scene_of_model`) or a scene file (format "penumbra-scene";
+/// scenes/scene.schema.json states it, scenes/README.md explains it).
 ///
 /// Materials are sorted by name; shapes keep the order of the file, a checkerboard being replaced
 /// by one quad mesh per material. Faces without area are left out, and a light of zero (an

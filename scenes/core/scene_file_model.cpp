@@ -32,7 +32,7 @@ class ModelReader {
   std::optional<ModelShape> read() {
     if (!keys_fit()) return std::nullopt;
     ModelShape model;
-    Placement placement;
+    ModelPlacement placement;
     std::filesystem::path file;
     std::string file_key = "file";
     if (has("file")) {
@@ -94,7 +94,7 @@ class ModelReader {
     return sound_;
   }
 
-  std::filesystem::path real_model(Placement& placement) {
+  std::filesystem::path real_model(ModelPlacement& placement) {
     const json& instead = value_["instead"];
     const std::string name = (instead.is_object() ? instead["file"] : instead).get<std::string>();
     if (instead.is_object() && instead.contains("rotate_deg")) {
@@ -110,7 +110,7 @@ class ModelReader {
     return file;
   }
 
-  void read_placement(Placement& placement) const {
+  void read_placement(ModelPlacement& placement) const {
     if (!has("place")) return;
     const json& value = value_["place"];
     if (value.contains("rotate_deg")) {
@@ -136,7 +136,10 @@ class ModelReader {
     Mesh mesh;
     try {
       Model model = load_model(file, kIsCage ? ModelFaces::Subdivision : ModelFaces::Triangles);
-      warnings_.insert(warnings_.end(), model.warnings.begin(), model.warnings.end());
+      for (const std::string& warning : model.warnings) {
+        warnings_.push_back("shape \"" + place_.name + "\": " + file.filename().string() + ": " +
+                            warning);
+      }
       for (const ShapeDescription& part : model.shapes) {
         append_mesh(mesh, std::get<Mesh>(part.shape));
       }
@@ -146,7 +149,7 @@ class ModelReader {
     return mesh;
   }
 
-  void finish(Shape& shape, const Placement& placement) {
+  void finish(Shape& shape, const ModelPlacement& placement) {
     const bool placed = std::visit(
         [&](auto& mesh) {
           if constexpr (requires { place_mesh(mesh, placement); }) {

@@ -21,6 +21,8 @@ find_package(CLI11 CONFIG REQUIRED)
 find_package(nlohmann_json CONFIG REQUIRED)
 find_package(Boost REQUIRED)
 pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
+pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
+pkg_check_modules(TINYGLTF REQUIRED IMPORTED_TARGET tinygltf)
 pkg_check_modules(TINYOBJ REQUIRED IMPORTED_TARGET tinyobjloader_double)
 
 # Header-only packages without a usable config file.

@@ -219,7 +219,7 @@ TEST(MeshPlacement, RotationsAreRightHandedAboutXThenYThenZ) {
   TriangleMeshShape mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   mesh.normals = {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  Placement placement;
+  ModelPlacement placement;
   placement.rotations_deg = {{90, 90, 0}, {0, 0, 90}};
   ASSERT_TRUE(place_mesh(mesh, placement));
   // About x: x, z, -y. About y: -z, x, -y. About z: -z, y, x.

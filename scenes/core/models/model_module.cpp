@@ -16,8 +16,12 @@ extern "C" __attribute__((visibility("default"))) void penumbra_load_model(
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (extension == ".obj") {
     model = penumbra::load_obj(file, faces);
+  } else if (extension == ".ply") {
+    model = penumbra::load_ply(file, faces);
+  } else if (extension == ".gltf" || extension == ".glb") {
+    model = penumbra::load_gltf(file, faces);
   } else {
     throw InputError(file.string() + ": error: unknown format \"" + extension +
-                     "\" of a model file, expected .obj");
+                     "\" of a model file, expected .obj, .ply, .gltf or .glb");
   }
 }

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <ImathMatrix.h>
+
+#include "scenes/core/vec.h"
+
+namespace penumbra {
+
+/// Where a node of glTF puts its contents, in double precision.
+class Placement {
+ public:
+  Placement() = default;
+  /// @param world_from_local  for row vectors, as Imath has it
+  explicit Placement(const Imath::M44d& world_from_local);
+
+  const Imath::M44d& matrix() const { return matrix_; }
+  Vec3d point(const Vec3d& local) const { return local * matrix_; }
+  /// An edge between two points.
+  Vec3d vector(const Vec3d& local) const;
+  /// A normal: by the inverse transpose, up to its length, which may become 0.
+  Vec3d normal(const Vec3d& local) const;
+  /// Whether the orientation of triangles turns round.
+  bool mirrors() const { return mirrors_; }
+
+ private:
+  Imath::M44d matrix_;
+  Imath::M33d cofactors_;
+  bool mirrors_{false};
+};
+
+}  // namespace penumbra
