@@ -43,6 +43,11 @@ ConductorMaterial read_conductor(const json& value) {
   return material;
 }
 
+void check_schema(const LocatedJson& document, DiagnosticList& faults) {
+  static const JsonSchema schema(kSceneSchemaJson);
+  schema.validate(document, faults);
+}
+
 /// One pass over a document. A part with a fault of the schema is passed over, the others are still
 /// checked, so that one run reports all it can.
 class SceneReader {
@@ -50,8 +55,7 @@ class SceneReader {
   explicit SceneReader(const LocatedJson& document) : document_(document), root_(document.root()) {}
 
   SceneDescription read() {
-    static const JsonSchema schema(kSceneSchemaJson);
-    schema.validate(document_, faults_);
+    check_schema(document_, faults_);
     if (root_.is_object()) {
       if (sound("/name")) scene_.name = root_["name"].get<std::string>();
       if (sound("/summary")) scene_.summary = root_["summary"].get<std::string>();
@@ -355,6 +359,20 @@ class SceneReader {
 SceneDescription load_scene_description(const std::filesystem::path& file) {
   if (is_model_file(file)) return scene_of_model(file);
   return parse_scene_description(LocatedJson::parse_file(file));
+}
+
+SceneSummary read_scene_summary(const std::filesystem::path& file) {
+  const LocatedJson document = LocatedJson::parse_file(file);
+  DiagnosticList faults;
+  check_schema(document, faults);
+  faults.throw_if_any();
+  const json& root = document.root();
+  SceneSummary result;
+  result.name = root["name"].get<std::string>();
+  result.summary = root.value("summary", std::string());
+  result.resolution = root["camera"].value("resolution", CameraDescription{}.resolution);
+  result.shapes = root.contains("shapes") ? root["shapes"].size() : 0;
+  return result;
 }
 
 SceneDescription parse_scene_description(const LocatedJson& document) {

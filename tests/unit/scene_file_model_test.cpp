@@ -210,6 +210,17 @@ TEST_F(SceneFileModel, AHeightOfAFlatModelIsAnError) {
   EXPECT_EQ(error({{"file", "flat.obj"}, {"place", {{"scale", 2}}}}), "");
 }
 
+TEST_F(SceneFileModel, SummariesAreReadWithoutTheModel) {
+  const json scene = scene_of({{"file", "missing.obj"}});
+  write("scene.json", scene.dump(1));
+  const SceneSummary summary = read_scene_summary(folder_ / "scene.json");
+  EXPECT_EQ(summary.name, "model");
+  EXPECT_EQ(summary.shapes, 1u);
+  EXPECT_EQ(summary.resolution, (std::array<int, 2>{480, 270}));
+  write("scene.json", scene_of({{"fiel", "missing.obj"}}).dump(1));
+  EXPECT_THROW(read_scene_summary(folder_ / "scene.json"), InputError);
+}
+
 TEST_F(SceneFileModel, AMeshCanBeALight) {
   const Scene scene(load({{"file", "cube.obj"}, {"emission", {{"radiance", 2}}}}));
   EXPECT_EQ(scene.traits().mesh_lights, 1u);
