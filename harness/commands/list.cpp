@@ -76,11 +76,11 @@ void print_estimators() {
 Json scenes_json() {
   Json list = Json::array();
   for (const std::string& name : scene_names(project_root())) {
-    const SceneDescription scene = load_scene_description(scene_path(name));
+    const SceneSummary scene = read_scene_summary(scene_path(name));
     list.push_back({{"name", name},
                     {"summary", scene.summary},
-                    {"resolution", scene.camera.resolution},
-                    {"shapes", scene.shapes.size()}});
+                    {"resolution", scene.resolution},
+                    {"shapes", scene.shapes}});
   }
   return list;
 }

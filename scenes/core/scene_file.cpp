@@ -13,6 +13,7 @@
 #include "scenes/core/models/model_scene.h"
 #include "scenes/core/scene_file_images.h"
 #include "scenes/core/scene_file_lights.h"
+#include "scenes/core/scene_file_model.h"
 #include "scenes/core/scene_file_shapes.h"
 #include "scenes/core/scene_schema.h"
 #include "scenes/core/scene_textures.h"
@@ -40,6 +41,11 @@ ConductorMaterial read_conductor(const json& value) {
   return material;
 }
 
+void check_schema(const LocatedJson& document, DiagnosticList& faults) {
+  static const JsonSchema schema(kSceneSchemaJson);
+  schema.validate(document, faults);
+}
+
 /// One pass over a document. A part with a fault of the schema is passed over, the others are still
 /// checked, so that one run reports all it can.
 class SceneReader {
@@ -47,8 +53,7 @@ class SceneReader {
   explicit SceneReader(const LocatedJson& document) : document_(document), root_(document.root()) {}
 
   SceneDescription read() {
-    static const JsonSchema schema(kSceneSchemaJson);
-    schema.validate(document_, faults_);
+    check_schema(document_, faults_);
     if (root_.is_object()) {
       if (sound("/name")) scene_.name = root_["name"].get<std::string>();
       if (sound("/summary")) scene_.summary = root_["summary"].get<std::string>();
@@ -185,11 +190,25 @@ class SceneReader {
           read_triangles(value, {document_, pointer, shape.name}, faults_, scene_.warnings);
       read_uvs(value, document_, pointer, mesh, faults_);
       shape.shape = std::move(mesh);
+    } else if (type == "model") {
+      if (!read_model(value, pointer, shape)) return;
     } else {
       shape.shape = read_quads(value, {document_, pointer, shape.name}, faults_, scene_.warnings);
     }
     if (value.contains("emission")) read_emission(value["emission"], shape);
     add_shape(std::move(shape), pointer);
+  }
+
+  bool read_model(const json& value, const std::string& pointer, ShapeDescription& shape) {
+    std::optional<ModelShape> model =
+        read_model_shape(value, {document_, pointer, shape.name}, faults_, scene_.warnings);
+    if (!model) return false;
+    shape.shape = std::move(model->shape);
+    if (model->source == ModelSource::RealModel) scene_.geometry = "models";
+    if (model->source == ModelSource::Generated && scene_.geometry == "own") {
+      scene_.geometry = "generated";
+    }
+    return true;
   }
 
   RectangleShape read_rectangle(const json& value, const std::string& pointer) {
@@ -393,6 +412,20 @@ class SceneReader {
 SceneDescription load_scene_description(const std::filesystem::path& file) {
   if (is_model_file(file)) return scene_of_model(file);
   return parse_scene_description(LocatedJson::parse_file(file));
+}
+
+SceneSummary read_scene_summary(const std::filesystem::path& file) {
+  const LocatedJson document = LocatedJson::parse_file(file);
+  DiagnosticList faults;
+  check_schema(document, faults);
+  faults.throw_if_any();
+  const json& root = document.root();
+  SceneSummary result;
+  result.name = root["name"].get<std::string>();
+  result.summary = root.value("summary", std::string());
+  result.resolution = root["camera"].value("resolution", CameraDescription{}.resolution);
+  result.shapes = root.contains("shapes") ? root["shapes"].size() : 0;
+  return result;
 }
 
 SceneDescription parse_scene_description(const LocatedJson& document) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <string>
 
 #include "scenes/core/located_json.h"
 #include "scenes/core/scene_description.h"
@@ -16,7 +18,17 @@ namespace penumbra {
 /// @throws InputError listing every fault as "file:line:column: error: /json/pointer: message"
 SceneDescription load_scene_description(const std::filesystem::path& file);
 
-/// As above, from a document that is already parsed.
+/// What a list of scenes shows; read without reading models or generating geometry.
+struct SceneSummary {
+  std::string name, summary;
+  std::array<int, 2> resolution{};  ///< width, height [pixels]
+  std::size_t shapes{0};            ///< as the file counts them
+};
+
+/// @throws InputError where the file does not obey the schema
+SceneSummary read_scene_summary(const std::filesystem::path& file);
+
+/// As `load_scene_description`, from a document that is already parsed.
 SceneDescription parse_scene_description(const LocatedJson& document);
 
 }  // namespace penumbra

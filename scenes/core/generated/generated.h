@@ -11,7 +11,8 @@
 namespace penumbra {
 
 /// Range of `detail`: triangles per area go with its square. At 1 an object is what its scene is
-/// meant to show.
+/// meant to show; below, thin
+/// walls and slits tear or close: for quick tests.
 inline constexpr double kMinDetail = 0.1;
 inline constexpr double kMaxDetail = 4.0;
 

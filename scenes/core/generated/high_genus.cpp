@@ -8,8 +8,8 @@ namespace penumbra {
 namespace {
 
 constexpr double kPeriod = 0.62;
-constexpr double kHalfThickness = 0.035;
-const Vec3d kRadii(1.2, 0.82, 0.82);
+constexpr double kHalfThickness = 0.042;
+const Vec3d kRadii(1.16, 0.77, 0.77);  // of the ellipsoid along which the sheet ends
 const Vec3d kCenter(0.0, 0.8, 0.0);
 
 // Distance to the gyroid sin x cos y + sin y cos z + sin z cos x = 0, to first order.
@@ -26,15 +26,16 @@ double gyroid_distance(const Vec3d& p) {
 
 double field(const Vec3d& p) {
   const double body = generated::ellipsoid(p, kCenter, kRadii);
-  if (body > 0.1) return body;
-  const double sheet = std::abs(gyroid_distance(p - kCenter)) - kHalfThickness;
-  return generated::smooth_max(sheet, body, 0.03);
+  if (body > 0.15) return body;
+  // Distance to the sheet where it is inside, to its rim elsewhere: the rim is round, whereas
+  // a plain intersection would leave knife edges where sheet and ellipsoid touch.
+  return std::hypot(gyroid_distance(p - kCenter), std::max(body, 0.0)) - kHalfThickness;
 }
 
 }  // namespace
 
 TriangleMeshShape generate_high_genus(double detail) {
-  const Vec3d margin(0.08);
+  const Vec3d margin(0.2);
   return polygonise(field, {kCenter - kRadii - margin, kCenter + kRadii + margin, 0.024 / detail});
 }
 

@@ -17,12 +17,13 @@ namespace {
 constexpr double kEdgeMargin = 0.15;
 // Newton steps of a vertex towards the surface, and how far they may lead [cells].
 constexpr int kNewtonSteps = 2;
-constexpr double kMaxMove = 0.2;
+constexpr double kMaxMove = 0.3;
+constexpr double kLeastMove = 0.02;  // smaller ones are given up [cells]
 // Differences for gradients are taken over this length [cells].
 constexpr double kDifference = 0.05;
 // Smallest area of a triangle [cells squared], and smallest cosine between a vertex's gradient and
 // the faces around it.
-constexpr double kMinArea = 2e-3;
+constexpr double kMinArea = 5e-4;
 constexpr double kMinAgreement = 0.5;
 constexpr double kGrid = 0x1p20;  // roundings per unit of length
 
@@ -139,8 +140,8 @@ class Polygoniser {
     });
   }
 
-  // Moves vertices back to their edges, where no triangle can degenerate, until none is thin or
-  // turned over: near creases that are finer than the lattice, gradients lead to the same place.
+  // Moves vertices back towards their edges, where no triangle can degenerate, until none is thin
+  // or turned over: near creases that are finer than the lattice, gradients lead to the same place.
   void undo_collapses() {
     const double least = kMinArea * box_.cell * box_.cell;
     const auto area = [&](const std::vector<Vec3d>& at, const Face& f) {
@@ -152,8 +153,11 @@ class Polygoniser {
         const Vec3d moved = area(mesh.vertices, face);
         if (moved.length() >= least && moved.dot(area(on_edge_, face)) > 0.0) continue;
         for (const std::uint32_t v : face) {
-          changed = changed || mesh.vertices[v] != on_edge_[v];
-          mesh.vertices[v] = on_edge_[v];
+          const Vec3d move = mesh.vertices[v] - on_edge_[v];
+          if (move == Vec3d(0.0)) continue;
+          changed = true;
+          const bool small = move.length() < kLeastMove * box_.cell;
+          mesh.vertices[v] = small ? on_edge_[v] : rounded(on_edge_[v] + move * 0.5);
         }
       }
     }

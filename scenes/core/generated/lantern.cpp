@@ -95,15 +95,15 @@ double field(const Vec3d& world) {
   if (outer > 0.5) return outer;
   const double inner = round + kWall + 0.06;  // without ribs: scraped smooth
   double shell = smooth_max(outer, -inner, 0.03);
-  shell = smooth_max(shell, -face_openings(p), 0.02);
+  shell = smooth_max(shell, -face_openings(p), 0.045);
   shell = smooth_min(shell, smooth_max(stem(p, azimuth), -inner, 0.02), 0.05);
-  return smooth_max(shell, -lid_cut(p, azimuth, axis_distance), 0.015);
+  return smooth_max(shell, -lid_cut(p, azimuth, axis_distance), 0.03);
 }
 
 }  // namespace
 
 TriangleMeshShape generate_lantern(double detail) {
-  return polygonise(field, {{-1.08, -0.15, -1.08}, {1.08, 2.0, 1.08}, 0.024 / detail});
+  return polygonise(field, {{-1.08, -0.15, -1.08}, {1.08, 2.0, 1.08}, 0.02 / detail});
 }
 
 }  // namespace penumbra
