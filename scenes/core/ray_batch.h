@@ -15,7 +15,8 @@ struct RayHit {
   static constexpr std::uint32_t kMiss = 0xffffffffu;
   std::uint32_t geometry{kMiss};  ///< index in the order of addition to the RayScene
   std::uint32_t primitive{0};
-  float u{0}, v{0};  ///< barycentric (triangle) or bilinear (quad) coordinates
+  float u{0}, v{0};  ///< barycentric (triangle), bilinear (quad) or Embree's own (subdivision)
+                     ///< coordinates
   float distance{0};
   Vec3 normal{0.0f};  ///< geometric, right-handed, any length
 
@@ -84,11 +85,23 @@ class RayScene {
   std::uint32_t add_quads(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices,
                           const HitFilter* filter = nullptr);
   std::uint32_t add_sphere(const Vec3& center, float radius);
+  /// Catmull-Clark surface of a control cage; rays meet its tessellation. Edges of the cage that
+  /// bound one face only become smooth curves.
+  /// @param face_sizes  corners of each face
+  /// @param level       segments of the tessellation per edge of the cage; per edge and half in
+  ///                    faces that are not quadrilaterals
+  std::uint32_t add_subdivision(std::span<const Vec3> vertices,
+                                std::span<const std::uint32_t> face_sizes,
+                                std::span<const std::uint32_t> indices, int level);
   /// Builds the acceleration structure; nothing can be added afterwards.
   void commit();
 
   /// Fills `batch.hits` with the closest hit of each ray beyond its origin.
   void intersect(RayBatch& batch) const noexcept;
+
+  /// Normal of the limit surface at a hit on a subdivision surface, right-handed, any length; 0
+  /// where the surface has none.
+  Vec3 subdivision_normal(const RayHit& hit) const noexcept;
 
   /// Bytes of the acceleration structure and geometry, as Embree reports its allocations.
   std::size_t memory_bytes() const noexcept;

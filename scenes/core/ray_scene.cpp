@@ -8,6 +8,7 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include <algorithm>
 #include <atomic>
 #include <limits>
 #include <string>
@@ -78,20 +79,29 @@ struct RayScene::Impl {
     return geometries++;
   }
 
-  std::uint32_t add_indexed(RTCGeometryType type, RTCFormat index_format, std::size_t corners,
-                            std::span<const Vec3> vertices, std::span<const std::uint32_t> indices,
-                            const HitFilter* filter) {
-    RTCGeometry geometry = rtcNewGeometry(device, type);
+  static void set_vertices(RTCGeometry geometry, std::span<const Vec3> vertices) {
     auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                           RTC_FORMAT_FLOAT3, 3 * sizeof(float),
                                                           vertices.size()));
     for (const Vec3& vertex : vertices) {
       for (int axis = 0; axis < 3; ++axis) *v++ = vertex[axis];
     }
-    auto* i = static_cast<std::uint32_t*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, index_format,
-                                corners * sizeof(std::uint32_t), indices.size() / corners));
-    for (const std::uint32_t index : indices) *i++ = index;
+  }
+
+  // @param per_item  numbers in an item of the buffer
+  static void set_numbers(RTCGeometry geometry, RTCBufferType type, RTCFormat format,
+                          std::size_t per_item, std::span<const std::uint32_t> numbers) {
+    auto* n = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry, type, 0, format, per_item * sizeof(std::uint32_t), numbers.size() / per_item));
+    std::copy(numbers.begin(), numbers.end(), n);
+  }
+
+  std::uint32_t add_indexed(RTCGeometryType type, RTCFormat index_format, std::size_t corners,
+                            std::span<const Vec3> vertices, std::span<const std::uint32_t> indices,
+                            const HitFilter* filter) {
+    RTCGeometry geometry = rtcNewGeometry(device, type);
+    set_vertices(geometry, vertices);
+    set_numbers(geometry, RTC_BUFFER_TYPE_INDEX, index_format, corners, indices);
     if (filter != nullptr) {
       // Embree hands the pointer on as it is; it does not write through it.
       rtcSetGeometryUserData(geometry, const_cast<HitFilter*>(filter));
@@ -144,6 +154,18 @@ std::uint32_t RayScene::add_sphere(const Vec3& center, float radius) {
   return impl_->attach(geometry);
 }
 
+std::uint32_t RayScene::add_subdivision(std::span<const Vec3> vertices,
+                                        std::span<const std::uint32_t> face_sizes,
+                                        std::span<const std::uint32_t> indices, int level) {
+  RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_SUBDIVISION);
+  Impl::set_vertices(geometry, vertices);
+  Impl::set_numbers(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, 1, indices);
+  Impl::set_numbers(geometry, RTC_BUFFER_TYPE_FACE, RTC_FORMAT_UINT, 1, face_sizes);
+  rtcSetGeometrySubdivisionMode(geometry, 0, RTC_SUBDIVISION_MODE_SMOOTH_BOUNDARY);
+  rtcSetGeometryTessellationRate(geometry, static_cast<float>(level));
+  return impl_->attach(geometry);
+}
+
 void RayScene::commit() {
   rtcCommitScene(impl_->scene);
   impl_->committed = true;
@@ -185,6 +207,16 @@ void RayScene::intersect(RayBatch& batch) const noexcept {
       hit.normal = Vec3(packet.hit.Ng_x[lane], packet.hit.Ng_y[lane], packet.hit.Ng_z[lane]);
     }
   }
+}
+
+Vec3 RayScene::subdivision_normal(const RayHit& hit) const noexcept {
+  // Derivatives are computed four floats at a time.
+  alignas(16) float position[4];
+  alignas(16) float along_u[4];
+  alignas(16) float along_v[4];
+  rtcInterpolate1(rtcGetGeometry(impl_->scene, hit.geometry), hit.primitive, hit.u, hit.v,
+                  RTC_BUFFER_TYPE_VERTEX, 0, position, along_u, along_v, 3);
+  return cross(Vec3(along_u[0], along_u[1], along_u[2]), Vec3(along_v[0], along_v[1], along_v[2]));
 }
 
 std::size_t RayScene::memory_bytes() const noexcept {

@@ -1,6 +1,7 @@
 #include "scenes/core/scene.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "scenes/core/error.h"
@@ -29,11 +30,12 @@ SurfacePoint sphere_point(const SurfaceGeometry& sphere, const Vec3& hit_normal)
   return {sphere.center + normal * sphere.radius, normal};
 }
 
-SurfacePoint face_point(const SurfaceGeometry& mesh, std::uint32_t face, float u,
-                        float v) noexcept {
-  const std::uint32_t* index = &mesh.indices[std::size_t{face} * mesh.corners];
+SurfacePoint face_point(const SurfaceGeometry& mesh, const RayHit& hit) noexcept {
+  const std::uint32_t* index = &mesh.indices[std::size_t{hit.primitive} * mesh.corners];
   const auto vertex = [&](std::uint32_t k) { return mesh.vertices[index[k]]; };
   Vec3 corner[3] = {vertex(0), vertex(1), vertex(mesh.corners - 1)};
+  float u = hit.u;
+  float v = hit.v;
   // The second half of a quadrilateral is the triangle 2-3-1 with both coordinates counted from
   // its far corner.
   if (mesh.corners == 4 && u + v > 1.0f) {
@@ -93,7 +95,10 @@ void Scene::add_shape(const ShapeDescription& shape) {
     geometry.light = static_cast<std::int32_t>(lights_.size());
     lights_.push_back(make_light(shape, geometry));
   }
-  if (geometry.corners == 0) {
+  if (geometry.subdivision_level > 0) {
+    rays_.add_subdivision(geometry.vertices, geometry.face_sizes, geometry.indices,
+                          geometry.subdivision_level);
+  } else if (geometry.corners == 0) {
     rays_.add_sphere(geometry.center, geometry.radius);
   } else if (geometry.corners == 3) {
     rays_.add_triangles(geometry.vertices, geometry.indices, filter);
@@ -105,11 +110,8 @@ void Scene::add_shape(const ShapeDescription& shape) {
 
 void Scene::work_out_traits(const SceneDescription& scene) {
   for (const SurfaceGeometry& geometry : geometries_) {
-    if (geometry.corners == 0) {
-      ++traits_.spheres;
-    } else {
-      traits_.triangles += geometry.indices.size() / geometry.corners * (geometry.corners - 2);
-    }
+    traits_.triangles += traced_triangles(geometry);
+    if (geometry.corners == 0 && geometry.subdivision_level == 0) ++traits_.spheres;
   }
   for (const Light& light : lights_) {
     if (light.type == LightType::Rectangle) ++traits_.rectangle_lights;
@@ -130,20 +132,29 @@ void Scene::work_out_traits(const SceneDescription& scene) {
   }
 }
 
-ShadingPoint Scene::shading_point(const RayHit& hit, const Vec3& direction) const noexcept {
+ShadingPoint Scene::shading_point(const RayHit& hit, const Vec3& origin,
+                                  const Vec3& direction) const noexcept {
   const SurfaceGeometry& geometry = geometries_[hit.geometry];
-  SurfacePoint surface = geometry.corners == 0 ? sphere_point(geometry, hit.normal)
-                                               : face_point(geometry, hit.primitive, hit.u, hit.v);
+  SurfacePoint surface;
+  std::optional<Vec3> smooth_normal;
+  if (geometry.subdivision_level > 0) {
+    surface = {origin + direction * hit.distance, hit.normal.normalized()};
+    smooth_normal = rays_.subdivision_normal(hit);
+  } else if (geometry.corners == 0) {
+    surface = sphere_point(geometry, hit.normal);
+  } else {
+    surface = face_point(geometry, hit);
+    if (!geometry.normals.empty()) smooth_normal = interpolated_normal(geometry, hit);
+  }
   ShadingPoint point;
   point.light = emitter(hit, direction);
   if (dot(surface.normal, direction) > 0.0f) surface.normal = -surface.normal;
   point.position = offset_ray_origin(surface.position, surface.normal);
   point.geometric_normal = surface.normal;
   point.wo = -direction;
-  point.shading_normal =
-      geometry.normals.empty()
-          ? surface.normal
-          : make_shading_normal(interpolated_normal(geometry, hit), surface.normal, point.wo);
+  point.shading_normal = smooth_normal
+                             ? make_shading_normal(*smooth_normal, surface.normal, point.wo)
+                             : surface.normal;
   // Grazing to rounding: no outgoing hemisphere is left.
   const bool visible = dot(surface.normal, point.wo) > 0.0f;
   point.material =

@@ -19,7 +19,7 @@ namespace penumbra {
 
 /// What a scene really has; worked out once on loading.
 struct SceneTraits {
-  std::size_t triangles{0};  ///< quads count as two
+  std::size_t triangles{0};  ///< that rays meet, see traced_triangles
   std::size_t spheres{0};
   std::size_t materials{0};
   std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0}, point_lights{0};
@@ -85,10 +85,12 @@ class Scene {
                                                                                          : kNoLight;
   }
 
-  /// The surface at a hit as a shading point seen along `direction`. The position comes from the
-  /// primitive's own coordinates, which are exact to rounding at any distance from the ray's
-  /// origin.
-  ShadingPoint shading_point(const RayHit& hit, const Vec3& direction) const noexcept;
+  /// The surface at a hit as a shading point seen from `origin` along `direction`. The position
+  /// comes from the primitive's own coordinates, which are exact to rounding at any distance from
+  /// the ray's origin; of a subdivision surface it is where the ray met the tessellation, because
+  /// the limit surface at the same coordinates lies above or below what rays meet.
+  ShadingPoint shading_point(const RayHit& hit, const Vec3& origin,
+                             const Vec3& direction) const noexcept;
 
   /// Texture coordinates of the surface at a hit; (0, 0) where no texture or mask needs them.
   Vec2 surface_uv(const RayHit& hit) const noexcept {

@@ -55,7 +55,7 @@ std::size_t shade_tile(const Scene& scene, const TileRect& tile, int camera_samp
     out[i] = ShadingPoint{};
     out[i].wo = -batch.direction(i);
     if (batch.hits[i].hit()) {
-      out[i] = scene.shading_point(batch.hits[i], batch.direction(i));
+      out[i] = scene.shading_point(batch.hits[i], batch.origin(i), batch.direction(i));
       if (surfaces != nullptr) surfaces[i] = texture_point(scene, batch.hits[i], out[i]);
       if (quantity == Quantity::Irradiance) look_along_normal(scene, out[i]);
     } else if (quantity == Quantity::Radiance) {

@@ -49,8 +49,12 @@ void add(const QuadMeshShape& s, SurfaceGeometry& geometry) {
   add_mesh(s.vertices, s.quads, geometry);
 }
 
-void add(const SubdivisionShape&, SurfaceGeometry&) {
-  throw InputError("subdivision surfaces are not supported");
+void add(const SubdivisionShape& s, SurfaceGeometry& geometry) {
+  geometry.corners = 0;
+  geometry.vertices.assign(s.vertices.begin(), s.vertices.end());
+  geometry.indices = s.indices;
+  geometry.face_sizes = s.face_sizes;
+  geometry.subdivision_level = s.level;
 }
 
 }  // namespace
@@ -60,6 +64,11 @@ bool is_usable_normal(const Vec3& n) noexcept {
 }
 
 SurfaceGeometry make_geometry(const ShapeDescription& shape) {
+  if (shape.emission && std::holds_alternative<SubdivisionShape>(shape.shape)) {
+    throw InputError("shape \"" + shape.name +
+                     "\" has an emission, but a subdivision surface cannot be a light; allowed: "
+                     "rectangles, spheres and meshes of triangles or quads");
+  }
   SurfaceGeometry geometry;
   geometry.material = shape.material;
   std::visit([&](const auto& s) { add(s, geometry); }, shape.shape);
@@ -72,6 +81,21 @@ Vec2 uv_at(const SurfaceGeometry& geometry, const RayHit& hit) noexcept {
   const auto uv = [&](std::uint32_t k) { return geometry.uvs[index[k]]; };
   // The coordinates of a parallelogram's hit count along its edges from corner 0 in both halves.
   return uv(0) * (1.0f - hit.u - hit.v) + uv(1) * hit.u + uv(geometry.corners - 1) * hit.v;
+}
+
+std::size_t traced_triangles(const SurfaceGeometry& geometry) noexcept {
+  if (geometry.subdivision_level == 0) {
+    return geometry.corners == 0
+               ? 0
+               : geometry.indices.size() / geometry.corners * (geometry.corners - 2);
+  }
+  const auto level = static_cast<std::size_t>(geometry.subdivision_level);
+  const std::size_t half_level = (level + 1) / 2;
+  std::size_t quads = 0;
+  for (const std::uint32_t size : geometry.face_sizes) {
+    quads += size == 4 ? level * level : size * half_level * half_level;
+  }
+  return 2 * quads;
 }
 
 }  // namespace penumbra

@@ -23,6 +23,7 @@ find_package(Boost REQUIRED)
 pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
 # Debian's CMake config names tools that its package does not have.
 pkg_check_modules(OPENIMAGEIO REQUIRED IMPORTED_TARGET OpenImageIO)
+pkg_check_modules(TINYOBJ REQUIRED IMPORTED_TARGET tinyobjloader_double)
 
 # Header-only packages without a usable config file.
 find_path(VALIJSON_INCLUDE_DIR valijson/validator.hpp REQUIRED)

@@ -220,11 +220,12 @@ TEST(Scene, EmitterFollowsTheFrontSideOfEveryLight) {
         {{0.5, 0.75, 4}, {0, 0, -1}, ball, true},        {{0.5, 0.75, 1}, {0, 0, -1}, ball, false},
         {{0.6, 0.75, 1.1}, {0.6f, 0.8f, 0}, ball, false}};
     for (const Case& c : cases) {
-      const RayHit hit = trace(scene, to_scene(scene, c.from), c.direction);
+      const Vec3 from = to_scene(scene, c.from);
+      const RayHit hit = trace(scene, from, c.direction);
       ASSERT_TRUE(hit.hit());
       EXPECT_EQ(scene.emitter(hit, c.direction), c.front || two_sided ? c.light : kNoLight)
           << c.from << c.direction;
-      EXPECT_EQ(scene.shading_point(hit, c.direction).light, scene.emitter(hit, c.direction));
+      EXPECT_EQ(scene.shading_point(hit, from, c.direction).light, scene.emitter(hit, c.direction));
     }
     const Light& light = scene.lights()[static_cast<std::size_t>(panel)];
     EXPECT_LT((light.normal - Vec3(0, -1, 0)).length(), 1e-6f) << "edge_u x edge_v";
@@ -264,7 +265,7 @@ double self_hits(const SceneDescription& description, int rays, bool offset) {
     const Vec3 direction = (random.direction() * 0.9f - origin).normalized();
     const RayHit hit = trace(scene, origin, direction);
     if (!hit.hit()) continue;
-    const ShadingPoint p = scene.shading_point(hit, direction);
+    const ShadingPoint p = scene.shading_point(hit, origin, direction);
     const float cosine =
         static_cast<float>(random.uniform() < 0.5 ? random.uniform() : random.uniform() * 1e-3);
     const double phi = random.uniform(0.0, 6.28);
@@ -318,7 +319,7 @@ TEST(SelfIntersection, SealedBoxLetsNoRayOut) {
   const Vec3 inside = to_scene(scene, {0.1, 0.2, 0.3});
   while (batch.size() < batch.capacity()) {
     const Vec3 direction = random.direction();
-    const ShadingPoint p = scene.shading_point(trace(scene, inside, direction), direction);
+    const ShadingPoint p = scene.shading_point(trace(scene, inside, direction), inside, direction);
     batch.add(p.position, (random.direction() + p.geometric_normal * 1.001f).normalized());
   }
   scene.intersect(batch);
@@ -332,8 +333,8 @@ TEST(Scene, IrradianceThroughRaysIsLambertsPolygonFormula) {
   description.shapes.resize(2);  // floor and panel
   const Scene scene(description);
   const Vec3 direction(0.6f, -0.8f, 0.0f);
-  const ShadingPoint p =
-      scene.shading_point(trace(scene, to_scene(scene, {-1, 2, 0.5}), direction), direction);
+  const Vec3 from = to_scene(scene, {-1, 2, 0.5});
+  const ShadingPoint p = scene.shading_point(trace(scene, from, direction), from, direction);
   ASSERT_TRUE(p.valid());
   test::TestRandom random;
   test::Moments moments;

@@ -36,7 +36,7 @@ TEST(Scene, ShadingPointsLieOnTheRayAndFaceTheViewer) {
     const Vec3 direction = (Vec3(target) - origin).normalized();
     const RayHit hit = trace(scene, origin, direction);
     if (!hit.hit()) continue;
-    const ShadingPoint p = scene.shading_point(hit, direction);
+    const ShadingPoint p = scene.shading_point(hit, origin, direction);
     const Vec3 on_ray = origin + direction * hit.distance;
     const float slope = -dot(p.geometric_normal, direction);
     ASSERT_GE(slope, 0.0f);
@@ -68,9 +68,10 @@ TEST(Scene, SecondHalfOfAQuadrilateralHasItsOwnPlane) {
     const Vec3d target(random.uniform(-0.99, 0.99), 0.0, random.uniform(-0.99, 0.99));
     if (std::abs(target.x - target.z) < 1e-3) continue;  // the diagonal 1-3 is x = z
     const Vec3 down(0, -1, 0);
-    const RayHit hit = trace(scene, to_scene(scene, target + Vec3d(0, 2, 0)), down);
+    const Vec3 above = to_scene(scene, target + Vec3d(0, 2, 0));
+    const RayHit hit = trace(scene, above, down);
     ASSERT_TRUE(hit.hit());
-    const ShadingPoint p = scene.shading_point(hit, down);
+    const ShadingPoint p = scene.shading_point(hit, above, down);
     const bool second = target.x > target.z;
     ++halves[second ? 1 : 0];
     // First half: the plane y = 0. Second half: y = (x - z)/4 through (1, 0, 1), (1, 1/2, -1), (-1,
