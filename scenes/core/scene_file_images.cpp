@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "scenes/core/error.h"
-#include "scenes/core/file_hash.h"
+#include "scenes/core/file_bytes.h"
 #include "scenes/core/images/image_module.h"
 
 namespace penumbra {
@@ -38,7 +38,7 @@ TextureDescription read_texture(const json& value, const LocatedJson& document,
   }
   const std::string place = child_pointer(pointer, "file");
   try {
-    texture.content_hash = file_hash(file);
+    texture.content_hash = hash_file(file);
   } catch (const InputError& error) {
     faults.add(document.value_at(place), place, error.what());
   }

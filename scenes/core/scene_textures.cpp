@@ -63,7 +63,8 @@ std::unique_ptr<SceneTextures> SceneTextures::make(const SceneDescription& scene
   std::vector<bool> used(scene.materials.size(), false);
   bool any = false;
   for (const ShapeDescription& shape : scene.shapes) {
-    const MaterialDescription& material = scene.materials.at(shape.material);
+    PN_CHECK(shape.material < scene.materials.size(), "a shape's material exists");
+    const MaterialDescription& material = scene.materials[shape.material];
     if (!has_images(material)) continue;
     if (const auto fault = image_fault(shape, material)) {
       throw InputError("scene \"" + scene.name + "\": " + *fault);

@@ -30,6 +30,7 @@ SurfaceGeometry make_geometry(const ShapeDescription& shape);
 
 /// Texture coordinates of a hit on the shape; (0, 0) where it has none.
 Vec2 uv_at(const SurfaceGeometry& geometry, const RayHit& hit) noexcept;
+
 /// Triangles that rays meet; quads count as two. Of a subdivision surface, what its level asks for:
 /// `level` squared quads in a quadrilateral of the cage, and in each of the n quarters of another
 /// face half as many per edge. Embree does not report what it makes of that.

@@ -8,7 +8,7 @@
 #include <iterator>
 
 #include "harness/exr.h"
-#include "scenes/core/file_hash.h"
+#include "scenes/core/file_bytes.h"
 
 namespace penumbra::test {
 namespace {
@@ -135,7 +135,7 @@ void write_scalar_exr(const std::filesystem::path& file, int width, int height,
 TextureDescription texture(const std::filesystem::path& file, bool srgb, int channel) {
   TextureDescription description;
   description.file = file.string();
-  description.content_hash = file_hash(file);
+  description.content_hash = hash_file(file);
   description.srgb = srgb;
   description.channel = channel;
   return description;
