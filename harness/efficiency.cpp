@@ -41,6 +41,7 @@ void check_reference(std::map<std::string, std::string>& references, const RunRo
 EfficiencyRow identity_of(const RunRow& run, const TableOptions& options) {
   EfficiencyRow row;
   row.scene = run.scene;
+  row.geometry = run.geometry;
   row.label = run.label;
   row.estimator = run.estimator;
   row.spp = run.spp;

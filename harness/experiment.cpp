@@ -233,6 +233,7 @@ RunRow Experiment::measure(const Cell& cell, int block, int order) {
   row.budget_s = cell.budget_s;
   row.block = block;
   row.seed = run_seed(config_, cell, block);
+  row.geometry = scene.scene->traits().geometry;
   row.width = scene.points.width;
   row.height = scene.points.height;
   row.threads = threads_;

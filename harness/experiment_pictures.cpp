@@ -55,6 +55,7 @@ void Experiment::write_cell_pictures(const Cell& cell) {
              {"label", cell.label},
              {"spp", std::to_string(cell.spp)},
              {"srl", cell.srl.text()},
+             {"geometry", scene.scene->traits().geometry},
              {"reference_id", reference.id}});
 }
 

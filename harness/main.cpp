@@ -87,14 +87,19 @@ void add_render(CLI::App& app, Options& o) {
   c->add_option("--seed", o.render.seed)->capture_default_str();
   c->add_option("--exposure", o.render.exposure, "Stops, for PNG")->capture_default_str();
   c->add_option("--threads", o.render.threads, "0: all cores")->capture_default_str();
+  c->add_flag("--keep-all", o.render.keep_all,
+              "Builds and samples also what the scene does not need");
   c->add_option("-o,--out", o.render.out, ".exr (all layers) or .png")->required();
   c->add_option("--maps", o.render.maps, "Also the estimator's maps, as a PNG");
 }
 
 void add_inspect(CLI::App& app, Options& o) {
   CLI::App* c =
-      app.add_subcommand("inspect", "Shows what a scene has and where an estimate's time goes");
+      app.add_subcommand("inspect", "Shows what a scene has, what it does not need and what that "
+                                    "saves, and where an estimate's time goes");
   c->add_option("SCENE", o.inspect.scene)->required();
+  c->add_flag("--keep-all", o.inspect.keep_all,
+              "Builds and samples also what the scene does not need");
   c->add_flag("--json", o.inspect.json, "For machines");
 }
 

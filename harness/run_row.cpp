@@ -87,7 +87,8 @@ constexpr std::array kRunColumns{
     PN_RUN(nonfinite), PN_RUN(status),
     PN_RUN(cell), PN_RUN(params), PN_RUN(camera_samples), PN_RUN(samples), PN_RUN(order),
     PN_RUN(failure), PN_RUN(reference_mean), PN_RUN(reference_mean_se), PN_RUN(reference_floor),
-    later_column<&RunRow::image_hash>("image_hash")};
+    later_column<&RunRow::image_hash>("image_hash"),
+    later_column<&RunRow::geometry>("geometry")};
 
 constexpr std::array kEfficiencyColumns{
     PN_EFF(scene), PN_EFF(label), PN_EFF(estimator), PN_EFF(spp), PN_EFF(srl), PN_EFF(population),
@@ -99,7 +100,8 @@ constexpr std::array kEfficiencyColumns{
     PN_EFF(err_hi), PN_EFF(relmse), PN_EFF(p_eff), PN_EFF(reference_share), PN_EFF(ratio_tuned),
     PN_EFF(ratio_tuned_lo), PN_EFF(ratio_tuned_hi),
     column<&EfficiencyRow::time_cpu_s>("T_cpu_s"), PN_EFF(srl_initial), PN_EFF(srl_adaptive),
-    PN_EFF(note), later_column<&EfficiencyRow::ratio_published>("ratio_published")};
+    PN_EFF(note), later_column<&EfficiencyRow::ratio_published>("ratio_published"),
+    later_column<&EfficiencyRow::geometry>("geometry")};
 // clang-format on
 
 #undef PN_RUN

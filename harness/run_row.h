@@ -63,6 +63,7 @@ struct RunRow {
   std::optional<double> reference_floor;    ///< u_ref, in the unit of mse
   std::string image_hash;  ///< of all bits of the image in double precision, of failed runs too;
                            ///< empty in files of versions that did not write it
+  std::string geometry;    ///< of the scene: own, generated or models; likewise
 
   friend bool operator==(const RunRow&, const RunRow&) = default;
 };
@@ -125,6 +126,7 @@ struct EfficiencyRow {
   std::string note;                       ///< why a number is missing, in words
   std::optional<double> ratio_published;  ///< of published efficiencies; empty where either is
                                           ///< missing
+  std::string geometry;                   ///< of the scene: own, generated or models
 
   friend bool operator==(const EfficiencyRow&, const EfficiencyRow&) = default;
 };

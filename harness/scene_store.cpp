@@ -4,7 +4,6 @@
 #include "scenes/core/scene_file.h"
 
 namespace penumbra {
-namespace {
 
 SceneDescription load_description(const std::filesystem::path& file,
                                   const std::optional<std::array<int, 2>>& resolution) {
@@ -14,11 +13,10 @@ SceneDescription load_description(const std::filesystem::path& file,
   return description;
 }
 
-}  // namespace
-
 std::unique_ptr<Scene> load_scene(const std::filesystem::path& file,
-                                  const std::optional<std::array<int, 2>>& resolution) {
-  return std::make_unique<Scene>(load_description(file, resolution));
+                                  const std::optional<std::array<int, 2>>& resolution,
+                                  const SceneOptions& options) {
+  return std::make_unique<Scene>(load_description(file, resolution), options);
 }
 
 LoadedScene load_scene(const SceneConfig& config, int tile, Quantity quantity) {

@@ -21,9 +21,14 @@ struct LoadedScene {
   ShadingPoints points;
 };
 
-/// Loads a scene file, with another resolution where one is given; reports its warnings.
-std::unique_ptr<Scene> load_scene(const std::filesystem::path& file,
+/// Reads a scene or model file, with another resolution where one is given; reports its warnings.
+SceneDescription load_description(const std::filesystem::path& file,
                                   const std::optional<std::array<int, 2>>& resolution);
+
+/// Reads and loads it.
+std::unique_ptr<Scene> load_scene(const std::filesystem::path& file,
+                                  const std::optional<std::array<int, 2>>& resolution,
+                                  const SceneOptions& options = {});
 
 /// Loads one scene of an experiment and makes its shading points.
 /// @param tile  side of a tile [pixels]

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -139,6 +140,18 @@ std::string shortened(const std::string& text, std::size_t width) {
   return result;
 }
 
+/// What scenes with shapes of type "model" are made of.
+void add_geometry_notes(std::span<const EfficiencyRow> rows, std::vector<std::string>& notes) {
+  std::set<std::string> said;
+  for (const EfficiencyRow& row : rows) {
+    if (row.geometry != "generated" && row.geometry != "models") continue;
+    if (!said.insert(row.scene).second) continue;
+    notes.push_back(row.scene + (row.geometry == "models"
+                                     ? ": with the real model from PENUMBRA_MODELS."
+                                     : ": with geometry generated in place of the real model."));
+  }
+}
+
 std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows,
                                    const TableOptions& options) {
   std::vector<std::string> notes;
@@ -159,6 +172,7 @@ std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows,
   if (!options.published_source.empty() && has_published(rows)) {
     notes.push_back("Published ratio: " + options.published_source);
   }
+  add_geometry_notes(rows, notes);
   for (const EfficiencyRow& row : rows) {
     if (row.note.empty()) continue;
     notes.push_back(fmt::format("{}, {} ({}, SRL {}): {}.", row.scene, label_text(row, rows),

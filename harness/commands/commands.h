@@ -65,6 +65,7 @@ struct RenderOptions {
   std::uint64_t seed{1};
   float exposure{0.0f};
   int threads{0};
+  bool keep_all{false};        ///< builds and samples what the scene does not need, too
   std::filesystem::path out;   ///< .exr or .png
   std::filesystem::path maps;  ///< .png of the estimator's maps, or empty
 };
@@ -72,6 +73,7 @@ int render_command(const RenderOptions& options);
 
 struct InspectOptions {
   std::string scene;
+  bool keep_all{false};
   bool json{false};
 };
 int inspect_command(const InspectOptions& options);

@@ -105,7 +105,8 @@ int render_command(const RenderOptions& options) {
   const Quantity quantity = quantity_of(options.quantity);
   std::optional<std::array<int, 2>> resolution;
   if (options.resolution.size() == 2) resolution = {options.resolution[0], options.resolution[1]};
-  const std::unique_ptr<Scene> scene = load_scene(scene_path(options.scene), resolution);
+  const std::unique_ptr<Scene> scene =
+      load_scene(scene_path(options.scene), resolution, SceneOptions{options.keep_all});
   const ShadingPoints points = make_shading_points(*scene, settings.spp, kCameraSeed, 16, quantity);
   const RenderResult result = render(*scene, points, settings);
   const Image picture =
@@ -123,6 +124,7 @@ int render_command(const RenderOptions& options) {
                {"spp", std::to_string(options.spp)},
                {"srl", options.srl},
                {"seed", std::to_string(options.seed)},
+               {"geometry", scene->traits().geometry},
                {"scene_hash", scene->content_hash()}});
   }
   if (!options.maps.empty()) {

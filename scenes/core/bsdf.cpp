@@ -265,7 +265,7 @@ std::optional<Vec3> BoundBsdf::sample(const Variates& variates) const noexcept {
     wi = sample_cosine_hemisphere(variates.u);
   } else {
     wi = bsdf_.type_ == BsdfType::Phong ? sample_phong(variates.u)
-                                         : glossy().sample(variates.u.x, variates.u.y);
+                                        : glossy().sample(variates.u.x, variates.u.y);
   }
   if (!(wi.z > 0.0f)) return std::nullopt;
   return wi;

@@ -72,9 +72,18 @@ Scene::Scene(const SceneDescription& description, const SceneOptions& options)
   // Last, the material of irradiance: reflectance/pi = 1.
   bsdfs_.emplace_back(
       MaterialDescription{"irradiance", LambertMaterial{Rgb(static_cast<float>(M_PI))}});
-  textures_ = SceneTextures::make(scene, geometries_);
+  {
+    const PartTimer timer(parts_.textures);
+    textures_ = SceneTextures::make(scene, geometries_, keep_all_);
+  }
   geometries_.reserve(scene.shapes.size());
   for (const ShapeDescription& shape : scene.shapes) add_shape(shape);
+  add_lights(scene);
+  rays_.commit();
+  work_out_traits(scene);
+}
+
+void Scene::add_lights(const SceneDescription& scene) {
   for (const PointLightDescription& light : scene.point_lights) {
     lights_.push_back(make_light(light, traits_.diagonal));
   }
@@ -84,32 +93,57 @@ Scene::Scene(const SceneDescription& description, const SceneOptions& options)
   for (const DirectionalLightDescription& light : scene.directional_lights) {
     lights_.push_back(make_light(light));
   }
-  if (scene.environment) {
+  if (scene.environment || keep_all_) {
+    const PartTimer timer(parts_.environment);
     environment_light_ = static_cast<std::int32_t>(lights_.size());
-    lights_.push_back(make_light(*scene.environment));
-  } else if (keep_all_) {
-    // Night: sampled like any sky.
-    environment_light_ = static_cast<std::int32_t>(lights_.size());
-    lights_.push_back(make_light(EnvironmentDescription{"environment (kept)", 1, 1, {Rgb(0.0f)}}));
+    // Where all is kept, night is sampled like any sky.
+    const EnvironmentDescription night{"night", 1, 1, {Rgb(0.0f)}, 0.0};
+    lights_.push_back(make_light(scene.environment ? *scene.environment : night));
+    const Environment& table = lights_.back().environment;
+    parts_.environment.count = std::size_t{table.columns()} * table.rows();
+    parts_.environment.bytes = table.memory_bytes();
   }
   for (std::uint32_t i = 0; i < lights_.size(); ++i) {
     (lights_[i].is_delta() ? delta_lights_ : sampled_lights_).push_back(i);
   }
-  rays_.commit();
-  work_out_traits(scene);
+  parts_.delta_lights.count = delta_lights_.size();
+  parts_.delta_lights.bytes = delta_lights_.size() * (sizeof(Light) + sizeof(std::uint32_t));
+}
+
+// Arrays along the vertices, where something reads them. Where all is kept they exist everywhere:
+// normals of 0, which stand for the face's own, and coordinates of 0.
+void Scene::keep_or_drop_arrays(SurfaceGeometry& geometry) {
+  const bool is_mesh = geometry.corners == 3;
+  {
+    const PartTimer timer(parts_.normals);
+    if (keep_all_ && is_mesh) geometry.normals.resize(geometry.vertices.size(), Vec3(0.0f));
+  }
+  {
+    const PartTimer timer(parts_.uvs);
+    const bool used = textures_ != nullptr && textures_->uses_uvs(geometry.material);
+    if (!used) geometry.uvs = {};
+    if (keep_all_) geometry.uvs.resize(geometry.vertices.size(), Vec2(0.0f));
+  }
+  parts_.normals.count += geometry.normals.empty() ? 0u : 1u;
+  parts_.normals.bytes += geometry.normals.size() * sizeof(Vec3);
+  parts_.uvs.count += geometry.uvs.empty() ? 0u : 1u;
+  parts_.uvs.bytes += geometry.uvs.size() * sizeof(Vec2);
 }
 
 void Scene::add_shape(const ShapeDescription& shape) {
   PN_CHECK(shape.material < irradiance_material(), "a shape's material exists");
   SurfaceGeometry geometry = make_geometry(shape);
-  if (textures_ == nullptr || !textures_->uses_uvs(shape.material)) geometry.uvs = {};
+  keep_or_drop_arrays(geometry);
   const HitFilter* const filter =
-      textures_ != nullptr && textures_->has_mask(shape.material) ? textures_.get() : nullptr;
-  if (filter != nullptr) ++traits_.masked_shapes;
+      textures_ != nullptr && textures_->filters(shape.material) ? textures_.get() : nullptr;
+  if (filter != nullptr && geometry.corners != 0) ++parts_.masks.count;
   if (shape.emission) {
     geometry.light = static_cast<std::int32_t>(lights_.size());
     Light& light = lights_.emplace_back(make_light(shape, geometry));
-    if (auto crossings = make_crossings(light)) {
+    const PartTimer timer(parts_.light_crossings);
+    if (auto crossings = make_crossings(light, keep_all_)) {
+      ++parts_.light_crossings.count;
+      parts_.light_crossings.bytes += crossings->memory_bytes();
       light.crossings = crossings.get();
       light_crossings_.push_back(std::move(crossings));
     }
@@ -142,6 +176,7 @@ void Scene::work_out_traits(const SceneDescription& scene) {
     if (light.type == LightType::Directional) ++traits_.directional_lights;
   }
   traits_.has_environment = scene.environment.has_value();
+  traits_.geometry = scene.geometry;
   traits_.materials = scene.materials.size();
   for (const Bsdf& bsdf : std::span(bsdfs_).first(scene.materials.size())) {
     traits_.all_diffuse = traits_.all_diffuse && bsdf.type() == BsdfType::Lambert;
@@ -150,8 +185,8 @@ void Scene::work_out_traits(const SceneDescription& scene) {
   }
   traits_.ray_scene_bytes = rays_.memory_bytes();
   if (textures_ != nullptr) {
-    traits_.textures = textures_->count();
-    traits_.texture_bytes = textures_->memory_bytes();
+    parts_.textures.count = textures_->count();
+    parts_.textures.bytes = textures_->memory_bytes();
   }
 }
 

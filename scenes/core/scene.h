@@ -12,6 +12,7 @@
 #include "scenes/core/occluders.h"
 #include "scenes/core/ray_batch.h"
 #include "scenes/core/scene_description.h"
+#include "scenes/core/scene_parts.h"
 #include "scenes/core/scene_textures.h"
 #include "scenes/core/shading_point.h"
 #include "scenes/core/surface_geometry.h"
@@ -20,7 +21,8 @@ namespace penumbra {
 
 /// What a scene really has; worked out once on loading.
 struct SceneTraits {
-  std::size_t triangles{0};  ///< that rays meet, see traced_triangles
+  std::string geometry{"own"};  ///< SceneDescription::geometry
+  std::size_t triangles{0};     ///< that rays meet, see traced_triangles
   std::size_t spheres{0};
   std::size_t materials{0};
   std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0};
@@ -33,9 +35,6 @@ struct SceneTraits {
   Vec3d center{0.0};       ///< world position of the scene's origin
   double diagonal{0.0};    ///< of the bounding box [scene units]
   std::size_t ray_scene_bytes{0};
-  std::size_t textures{0};       ///< of materials in use, masks among them
-  std::size_t masked_shapes{0};  ///< shapes with holes, whose hits are filtered
-  std::size_t texture_bytes{0};  ///< of texels
 };
 
 /// How a scene is loaded.
@@ -79,6 +78,7 @@ class Scene {
   /// The environment's index among the lights, or kNoLight.
   std::int32_t environment_light() const noexcept { return environment_light_; }
   const SceneTraits& traits() const noexcept { return traits_; }
+  const SceneParts& parts() const noexcept { return parts_; }
   /// Whether nothing is left out: neither parts of the scene nor components of mixtures.
   bool keep_all() const noexcept { return keep_all_; }
 
@@ -137,6 +137,8 @@ class Scene {
 
  private:
   void add_shape(const ShapeDescription& shape);
+  void add_lights(const SceneDescription& scene);
+  void keep_or_drop_arrays(SurfaceGeometry& geometry);
   void work_out_traits(const SceneDescription& normalised);
 
   std::string name_;
@@ -150,6 +152,7 @@ class Scene {
   RayScene rays_;
   std::vector<std::unique_ptr<RayScene>> light_crossings_;  // of mesh lights of many triangles
   SceneTraits traits_;
+  SceneParts parts_;
   std::string content_hash_;
   std::int32_t environment_light_{kNoLight};
   bool keep_all_{false};

@@ -114,8 +114,8 @@ NormalBounds normal_bounds(const std::vector<Vec3>& vertices) {
   return bounds;
 }
 
-std::unique_ptr<RayScene> make_crossings(const Light& light) {
-  if (light.vertices.size() <= 3 * kMaxTriedTriangles) return nullptr;
+std::unique_ptr<RayScene> make_crossings(const Light& light, bool keep_all) {
+  if (light.vertices.size() <= (keep_all ? 0 : 3 * kMaxTriedTriangles)) return nullptr;
   auto scene = std::make_unique<RayScene>(RayScene::Query::Crossings);
   std::vector<std::uint32_t> indices(light.vertices.size());
   std::iota(indices.begin(), indices.end(), 0u);

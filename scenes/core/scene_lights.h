@@ -24,7 +24,7 @@ NormalBounds normal_bounds(const std::vector<Vec3>& vertices);
 inline constexpr std::size_t kMaxTriedTriangles = 64;
 
 /// @return a committed scene of a mesh light's triangles, or nullptr where trying them is as fast
-std::unique_ptr<RayScene> make_crossings(const Light& light);
+std::unique_ptr<RayScene> make_crossings(const Light& light, bool keep_all = false);
 
 /// @param diagonal  of the scene, for the message
 /// @throws InputError when the light is too far away for float

@@ -59,7 +59,8 @@ std::optional<std::string> image_fault(const ShapeDescription& shape,
 }
 
 std::unique_ptr<SceneTextures> SceneTextures::make(const SceneDescription& scene,
-                                                   const std::vector<SurfaceGeometry>& geometries) {
+                                                   const std::vector<SurfaceGeometry>& geometries,
+                                                   bool keep_all) {
   std::vector<bool> used(scene.materials.size(), false);
   bool any = false;
   for (const ShapeDescription& shape : scene.shapes) {
@@ -71,9 +72,10 @@ std::unique_ptr<SceneTextures> SceneTextures::make(const SceneDescription& scene
     }
     used[shape.material] = any = true;
   }
-  if (!any) return nullptr;
+  if (!any && !keep_all) return nullptr;
   std::unique_ptr<SceneTextures> result(
       new SceneTextures(image_module().make_textures(), geometries));
+  result->keep_all_ = keep_all;
   result->maps_.resize(scene.materials.size());
   for (std::size_t m = 0; m < used.size(); ++m) {
     if (!used[m]) continue;
@@ -113,6 +115,7 @@ SurfaceValues SceneTextures::values(std::uint32_t material, const Vec2& uv) cons
 bool SceneTextures::exists(std::uint32_t geometry, std::uint32_t primitive, float u,
                            float v) const noexcept {
   const SurfaceGeometry& surface = (*geometries_)[geometry];
+  if (!has_mask(surface.material)) return true;
   RayHit hit;
   hit.primitive = primitive;
   hit.u = u;

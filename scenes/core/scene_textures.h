@@ -19,19 +19,23 @@ class SceneTextures final : public HitFilter {
  public:
   /// Opens the images of the materials that shapes use.
   /// @param geometries  of the scene, which come later; must outlive the result
+  /// @param keep_all    also where there are no images, with filters that keep every hit
   /// @return nullptr where there are no images: nothing is opened then
   /// @throws InputError naming an image that can not be read, or a shape and material that do not
   ///         fit together
   static std::unique_ptr<SceneTextures> make(const SceneDescription& scene,
-                                             const std::vector<SurfaceGeometry>& geometries);
+                                             const std::vector<SurfaceGeometry>& geometries,
+                                             bool keep_all);
 
+  /// Whether hits on shapes of the material have to be asked for.
+  bool filters(std::uint32_t material) const noexcept { return keep_all_ || has_mask(material); }
   bool has_mask(std::uint32_t material) const noexcept { return maps_[material].mask.has_value(); }
   /// Whether shapes of the material need texture coordinates.
   bool uses_uvs(std::uint32_t material) const noexcept {
     return maps_[material].has_values() || has_mask(material);
   }
   /// Whether any material has a texture beside a mask.
-  bool has_values() const noexcept { return has_values_; }
+  bool has_values() const noexcept { return keep_all_ || has_values_; }
   /// Textures of all materials in use, masks among them.
   std::size_t count() const noexcept { return count_; }
   std::size_t memory_bytes() const noexcept { return textures_->memory_bytes(); }
@@ -60,6 +64,7 @@ class SceneTextures final : public HitFilter {
   const std::vector<SurfaceGeometry>* geometries_;
   std::vector<Maps> maps_;  // [material]
   bool has_values_{false};
+  bool keep_all_{false};
   std::size_t count_{0};
 };
 

@@ -74,7 +74,7 @@ TEST_P(Masks, AHalfMaskedBoardCastsTheShadowOfItsHalf) {
   const Scene holes(masked);
   const Scene half(board_scene(kRightHalf));
   const Scene whole(board_scene(kWhole));
-  EXPECT_EQ(holes.traits().masked_shapes, 1u);
+  EXPECT_EQ(holes.parts().masks.count, 1u);
   EXPECT_FALSE(holes.has_textures()) << "a mask is no value of a shading point";
   EXPECT_TRUE(make_shading_points(holes, 1, 1, 16).surfaces.empty());
   const std::string shadow = render_with(half, Quantity::Radiance).radiance_hash();

@@ -256,9 +256,9 @@ TEST(SceneTextures, IrradianceKnowsNoTextures) {
 TEST(SceneTextures, ASceneWithoutImagesKeepsNothingForThem) {
   const Scene scene(floor_scene(test::lambert(0.5f)));
   EXPECT_FALSE(scene.has_textures());
-  EXPECT_EQ(scene.traits().textures, 0u);
-  EXPECT_EQ(scene.traits().masked_shapes, 0u);
-  EXPECT_EQ(scene.traits().texture_bytes, 0u);
+  EXPECT_EQ(scene.parts().textures.count, 0u);
+  EXPECT_EQ(scene.parts().masks.count, 0u);
+  EXPECT_EQ(scene.parts().textures.bytes, 0u);
   EXPECT_TRUE(make_shading_points(scene, 1, 1, 16).surfaces.empty());
   EXPECT_EQ(scene.surface_uv(hit_below(scene, 1, 1)), Vec2(0.0f)) << "no coordinates are kept";
 }
@@ -267,7 +267,7 @@ TEST(SceneTextures, AMaterialThatNoShapeUsesIsNotOpened) {
   SceneDescription description = floor_scene(test::lambert(0.5f));
   description.materials.push_back(test::lambert(0.5f, "spare"));
   description.materials.back().reflectance_texture = TextureDescription{"/missing.png", "0"};
-  EXPECT_EQ(Scene(description).traits().textures, 0u);
+  EXPECT_EQ(Scene(description).parts().textures.count, 0u);
 }
 
 /// The message with which a scene is refused.

@@ -17,9 +17,18 @@ bool is_model_file(const std::filesystem::path& file) {
   return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 
+namespace {
+
+LoadModelEntry* importers() {
+  return reinterpret_cast<LoadModelEntry*>(open_module("models", "penumbra_load_model"));
+}
+
+}  // namespace
+
+void open_model_importers() { importers(); }
+
 Model load_model(const std::filesystem::path& file, ModelFaces faces) {
-  auto* const entry =
-      reinterpret_cast<LoadModelEntry*>(open_module("models", "penumbra_load_model"));
+  LoadModelEntry* const entry = importers();
   Model model;
   entry(file, faces, model);
   return model;

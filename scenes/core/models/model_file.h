@@ -31,6 +31,9 @@ enum class ModelFaces : std::uint8_t {
 /// @throws InputError naming the file, the place, what was found and what is allowed
 Model load_model(const std::filesystem::path& file, ModelFaces faces = ModelFaces::Triangles);
 
+/// Opens the module of the importers, as `load_model` does by itself.
+void open_model_importers();
+
 /// Whether a file's extension is one that `load_model` reads.
 bool is_model_file(const std::filesystem::path& file);
 
