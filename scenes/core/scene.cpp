@@ -1,6 +1,7 @@
 #include "scenes/core/scene.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "scenes/core/error.h"
@@ -21,9 +22,9 @@ SceneDescription normalised(SceneDescription scene, SceneTraits& traits) {
 
 }  // namespace
 
-Scene::Scene(const SceneDescription& description)
+Scene::Scene(SceneDescription description)
     : name_(description.name), content_hash_(penumbra::content_hash(description)) {
-  const SceneDescription scene = normalised(description, traits_);
+  const SceneDescription scene = normalised(std::move(description), traits_);
   camera_ = Camera(scene.camera);
   bsdfs_.reserve(scene.materials.size() + 1);
   for (const MaterialDescription& material : scene.materials) bsdfs_.emplace_back(material);
@@ -39,7 +40,10 @@ Scene::Scene(const SceneDescription& description)
     environment_light_ = static_cast<std::int32_t>(lights_.size());
     lights_.push_back(make_light(*scene.environment));
   }
+  const auto build_start = std::chrono::steady_clock::now();
   rays_.commit();
+  traits_.ray_scene_build_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - build_start).count();
   work_out_traits(scene);
 }
 

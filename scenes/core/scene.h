@@ -29,6 +29,7 @@ struct SceneTraits {
   Vec3d center{0.0};       ///< world position of the scene's origin
   double diagonal{0.0};    ///< of the bounding box [scene units]
   std::size_t ray_scene_bytes{0};
+  double ray_scene_build_s{0.0};  ///< time that the ray tracer's structure took
 };
 
 /// A loaded scene: immutable and shared by all threads. Geometry is recentred and rescaled in
@@ -38,7 +39,7 @@ struct SceneTraits {
 class Scene {
  public:
   /// @throws InputError when there is nothing to render, or a point light is too far away for float
-  explicit Scene(const SceneDescription& description);
+  explicit Scene(SceneDescription description);
 
   const std::string& name() const noexcept { return name_; }
   const Camera& camera() const noexcept { return camera_; }
