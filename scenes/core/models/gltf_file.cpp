@@ -242,7 +242,7 @@ class GltfReader {
 
   void report() {
     for (const std::string& name : model_.extensionsUsed) {
-      if (name == "KHR_lights_punctual" || name == "KHR_materials_emissive_strength") continue;
+      if (is_supported_extension(name)) continue;
       builder_.warn("extension " + name + " is not supported and left out");
     }
     const auto count = [&](std::size_t number, const std::string& what) {
