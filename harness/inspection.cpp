@@ -14,6 +14,7 @@
 #include "scenes/core/images/image_module.h"
 #include "scenes/core/models/model_file.h"
 #include "scenes/core/module.h"
+#include "scenes/core/scene_file.h"
 
 namespace penumbra {
 namespace {
@@ -228,32 +229,40 @@ std::vector<InspectedPart> parts_of(const Scene& lean, const Scene& kept,
   return parts;
 }
 
+// Loads the scene with a small image, which is enough for traits and times per estimate.
+LoadTimes load_measured(const std::filesystem::path& file, bool keep_all, Inspection& result) {
+  const Stopwatch watch;
+  SceneDescription description = load_description(file, std::nullopt);
+  const double read_s = watch.wall_s();
+  const int lights = lights_with_density(description);
+  result.srl = srl_for(lights);
+  description.camera.resolution = resolution_for(lights);
+  result.scene = std::make_unique<Scene>(std::move(description), SceneOptions{keep_all});
+  return {read_s, watch.wall_s() - read_s, result.scene->traits().ray_scene_build_s,
+          peak_resident_bytes()};
+}
+
 }  // namespace
 
 Inspection inspect_scene(const std::string& scene, bool keep_all) {
   Inspection result;
-  SceneDescription description;
-  Cost cost = cost_of([&] {
-    description = load_description(scene_path(scene), std::nullopt);
-    result.srl = srl_for(lights_with_density(description));
-    description.camera.resolution = resolution_for(lights_with_density(description));
-    result.scene = std::make_unique<Scene>(description, SceneOptions{keep_all});
-  });
-  result.load_s = cost.seconds;
-  result.load_bytes = cost.bytes;
+  const std::filesystem::path file = scene_path(scene);
+  result.load = load_measured(file, keep_all, result);
   const bool images_open = module_is_open("images");
   const bool models_open = module_is_open("models");
   const Cost images = cost_of([] { image_module(); });
   const Cost models = cost_of([] { open_model_importers(); });
-  const auto kept = std::make_unique<Scene>(description, SceneOptions{true});
+  SceneDescription description = load_scene_description(file);  // its warnings have been shown
+  description.camera.resolution = {result.scene->camera().width(), result.scene->camera().height()};
+  const Scene kept(std::move(description), SceneOptions{true});
   result.points = make_shading_points(*result.scene, 1, kCameraSeed, 16);
-  const ShadingPoints kept_points = make_shading_points(*kept, 1, kCameraSeed, 16);
+  const ShadingPoints kept_points = make_shading_points(kept, 1, kCameraSeed, 16);
   result.parts = {module_part("image module", images_open, images, "opened for this scene",
                               "no image file is read: OpenImageIO is not mapped"),
                   module_part("model importers", models_open, models, "opened for this scene",
                               "no model file is read: Assimp, tinygltf are not mapped")};
   const std::vector<InspectedPart> parts =
-      parts_of(*result.scene, *kept, result.points, kept_points);
+      parts_of(*result.scene, kept, result.points, kept_points);
   result.parts.insert(result.parts.end(), parts.begin(), parts.end());
   result.components = components_of(*result.scene, result.points);
   for (const SamplerKind sampler :
@@ -262,7 +271,7 @@ Inspection inspect_scene(const std::string& scene, bool keep_all) {
   }
   for (const EstimatorEntry* entry : all_estimators()) {
     result.estimators.push_back(
-        compare(*result.scene, result.points, *kept, kept_points, *entry, result.srl));
+        compare(*result.scene, result.points, kept, kept_points, *entry, result.srl));
   }
   return result;
 }

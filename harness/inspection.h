@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "harness/render.h"
+#include "harness/scene_store.h"
 
 /// What a scene has, what it does not need, and what leaving that out saves: measured against the
 /// same scene with everything kept.
@@ -58,8 +59,7 @@ struct TimeSplit {
 struct Inspection {
   std::unique_ptr<Scene> scene;
   ShadingPoints points;  ///< one per pixel of a small image
-  double load_s{0};
-  double load_bytes{0};  ///< by which the process grew
+  LoadTimes load;
   std::vector<InspectedPart> parts;
   InspectedComponents components;
   int srl{0};  ///< of `splits`

@@ -59,8 +59,11 @@ nlohmann::ordered_json inspection_json(const Inspection& inspection) {
   json["scene"] = scene.name();
   json["content_hash"] = scene.content_hash();
   json["geometry"] = t.geometry;
-  json["load_ms"] = inspection.load_s * 1e3;
-  json["load_bytes"] = inspection.load_bytes;
+  json["load_ms"] = (inspection.load.read_s + inspection.load.build_s) * 1e3;
+  json["load"] = {{"read_ms", inspection.load.read_s * 1e3},
+                  {"build_ms", inspection.load.build_s * 1e3},
+                  {"ray_tracer_build_ms", inspection.load.ray_scene_s * 1e3},
+                  {"peak_bytes", inspection.load.peak_bytes}};
   json["triangles"] = t.triangles;
   json["spheres"] = t.spheres;
   json["ray_tracer_bytes"] = t.ray_scene_bytes;

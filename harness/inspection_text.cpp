@@ -47,11 +47,14 @@ std::string scene_text(const Inspection& inspection) {
   const Scene& scene = *inspection.scene;
   const SceneTraits& t = scene.traits();
   std::string text = fmt::format("scene {}  (content {})\n", scene.name(), scene.content_hash());
+  text += fmt::format("  geometry     {} triangles, {} spheres, {} in the ray tracer{}\n",
+                      t.triangles, t.spheres, bytes_text(static_cast<double>(t.ray_scene_bytes)),
+                      t.geometry == "own" ? "" : ", " + t.geometry);
+  const LoadTimes& load = inspection.load;
   text += fmt::format(
-      "  geometry     {} triangles, {} spheres, {} in the ray tracer{}; loaded in {:.1f} ms, {}\n",
-      t.triangles, t.spheres, bytes_text(static_cast<double>(t.ray_scene_bytes)),
-      t.geometry == "own" ? "" : ", " + t.geometry, inspection.load_s * 1e3,
-      bytes_text(inspection.load_bytes));
+      "  loading      {:.1f} ms reading, {:.1f} ms building ({:.1f} ms of it Embree), {} at most\n",
+      load.read_s * 1e3, load.build_s * 1e3, load.ray_scene_s * 1e3,
+      bytes_text(static_cast<double>(load.peak_bytes)));
   text += fmt::format("  scale        {} scene units per world unit, centre {}, diagonal {:.3g}\n",
                       t.scale, triple(t.center), t.diagonal);
   text += fmt::format("  materials    {}{}, sharpest glossy lobe alpha {:g}\n", t.materials,

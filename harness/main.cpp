@@ -94,9 +94,9 @@ void add_render(CLI::App& app, Options& o) {
 }
 
 void add_inspect(CLI::App& app, Options& o) {
-  CLI::App* c =
-      app.add_subcommand("inspect", "Shows what a scene has, what it does not need and what that "
-                                    "saves, and where an estimate's time goes");
+  CLI::App* c = app.add_subcommand("inspect",
+                                   "Shows what a scene has, what it does not need and what that "
+                                   "saves, and where an estimate's time goes");
   c->add_option("SCENE", o.inspect.scene)->required();
   c->add_flag("--keep-all", o.inspect.keep_all,
               "Builds and samples also what the scene does not need");

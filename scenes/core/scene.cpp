@@ -1,6 +1,7 @@
 #include "scenes/core/scene.h"
 
 #include <algorithm>
+#include <chrono>
 #include <optional>
 #include <utility>
 
@@ -61,11 +62,11 @@ Vec3 interpolated_normal(const SurfaceGeometry& mesh, const RayHit& hit) noexcep
 
 }  // namespace
 
-Scene::Scene(const SceneDescription& description, const SceneOptions& options)
+Scene::Scene(SceneDescription description, const SceneOptions& options)
     : name_(description.name),
       content_hash_(penumbra::content_hash(description)),
       keep_all_(options.keep_all) {
-  const SceneDescription scene = normalised(description, traits_);
+  const SceneDescription scene = normalised(std::move(description), traits_);
   camera_ = Camera(scene.camera);
   bsdfs_.reserve(scene.materials.size() + 1);
   for (const MaterialDescription& material : scene.materials) bsdfs_.emplace_back(material);
@@ -79,7 +80,10 @@ Scene::Scene(const SceneDescription& description, const SceneOptions& options)
   geometries_.reserve(scene.shapes.size());
   for (const ShapeDescription& shape : scene.shapes) add_shape(shape);
   add_lights(scene);
+  const auto build_start = std::chrono::steady_clock::now();
   rays_.commit();
+  traits_.ray_scene_build_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - build_start).count();
   work_out_traits(scene);
 }
 

@@ -35,6 +35,7 @@ struct SceneTraits {
   Vec3d center{0.0};       ///< world position of the scene's origin
   double diagonal{0.0};    ///< of the bounding box [scene units]
   std::size_t ray_scene_bytes{0};
+  double ray_scene_build_s{0.0};  ///< time that the ray tracer's structure took
 };
 
 /// How a scene is loaded.
@@ -52,7 +53,7 @@ class Scene {
  public:
   /// @throws InputError when there is nothing to render, or a point or spot light is too far away
   ///         for float
-  explicit Scene(const SceneDescription& description, const SceneOptions& options = {});
+  explicit Scene(SceneDescription description, const SceneOptions& options = {});
 
   const std::string& name() const noexcept { return name_; }
   const Camera& camera() const noexcept { return camera_; }

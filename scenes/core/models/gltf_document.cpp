@@ -14,7 +14,6 @@
 namespace penumbra {
 namespace {
 
-/// Extensions that change nothing which is left out when a file requires them.
 constexpr std::array<std::string_view, 2> kExtensions{"KHR_lights_punctual",
                                                       "KHR_materials_emissive_strength"};
 
@@ -162,6 +161,10 @@ bool is_index_type(int type) {
 
 }  // namespace
 
+bool is_supported_extension(const std::string& name) {
+  return std::find(kExtensions.begin(), kExtensions.end(), name) != kExtensions.end();
+}
+
 GltfDocument::GltfDocument(std::filesystem::path file) : file_(std::move(file)) {
   const std::string bytes = read_bytes(file_);
   if (bytes.size() > std::numeric_limits<std::uint32_t>::max()) fault("larger than 4 GiB");
@@ -231,7 +234,7 @@ void GltfDocument::load_binary(const std::string& bytes) {
 void GltfDocument::check_extensions() const {
   std::string missing;
   for (const std::string& name : model_.extensionsRequired) {
-    if (std::find(kExtensions.begin(), kExtensions.end(), name) != kExtensions.end()) continue;
+    if (is_supported_extension(name)) continue;
     missing += (missing.empty() ? "" : ", ") + name;
   }
   if (!missing.empty()) {

@@ -10,6 +10,9 @@
 
 namespace penumbra {
 
+/// Whether an extension is read, so that a file may require it.
+bool is_supported_extension(const std::string& name);
+
 /// A glTF file in tinygltf's structures, with every access checked: tinygltf takes references
 /// between parts of a file as they come.
 class GltfDocument {

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 #include <utility>
 
 #include "scenes/core/models/gltf_document.h"
+#include "scenes/core/models/gltf_lights.h"
 #include "scenes/core/models/gltf_materials.h"
 #include "scenes/core/models/gltf_transform.h"
 #include "scenes/core/models/importers.h"
@@ -15,11 +15,8 @@ namespace penumbra {
 namespace {
 
 constexpr double kMaxCoordinate = 1e30;
-constexpr int kLongSide = 480;  ///< of a camera's picture [pixels], as of CameraDescription
 
 using Triangle = std::array<std::uint32_t, 3>;
-
-double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
 
 class GltfReader {
  public:
@@ -60,7 +57,7 @@ class GltfReader {
                         " is reached twice; nodes must form trees");
       }
       visited[static_cast<std::size_t>(visit.node)] = true;
-      const Placement world(local_matrix(node, visit.node) * visit.parent);
+      const Placement world(local_matrix(document_, visit.node) * visit.parent);
       for (int i = 0; i < 4; ++i) {
         for (int j = 0; j < 4; ++j) {
           if (!(std::abs(world.matrix()[i][j]) <= kMaxCoordinate)) {
@@ -93,63 +90,12 @@ class GltfReader {
     return roots;
   }
 
-  /// Rows of Imath's matrices are glTF's columns, so the numbers keep their order.
-  Imath::M44d local_matrix(const tinygltf::Node& node, int index) const {
-    const auto check = [&](const std::vector<double>& values, std::size_t size, const char* name) {
-      if (values.empty() || values.size() == size) return;
-      document_.fault("node " + std::to_string(index) + ": " + name + " needs " +
-                      std::to_string(size) + " numbers, found " + std::to_string(values.size()));
-    };
-    check(node.matrix, 16, "matrix");
-    check(node.translation, 3, "translation");
-    check(node.rotation, 4, "rotation");
-    check(node.scale, 3, "scale");
-    Imath::M44d m;
-    if (!node.matrix.empty()) {
-      for (std::size_t i = 0; i < 16; ++i) {
-        m[static_cast<int>(i / 4)][static_cast<int>(i % 4)] = node.matrix[i];
-      }
-      if (m[0][3] != 0.0 || m[1][3] != 0.0 || m[2][3] != 0.0 || m[3][3] != 1.0) {
-        document_.fault("node " + std::to_string(index) +
-                        ": the last row of its matrix must be 0, 0, 0, 1");
-      }
-      return m;
-    }
-    if (!node.rotation.empty()) m = rotation(node.rotation, index);
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto k = static_cast<std::size_t>(axis);
-      const double scale = node.scale.empty() ? 1.0 : node.scale[k];
-      for (int j = 0; j < 3; ++j) m[axis][j] *= scale;
-      m[3][axis] = node.translation.empty() ? 0.0 : node.translation[k];
-    }
-    return m;
-  }
-
-  Imath::M44d rotation(const std::vector<double>& xyzw, int index) const {
-    const double length = std::hypot(std::hypot(xyzw[0], xyzw[1]), std::hypot(xyzw[2], xyzw[3]));
-    // Stored in single precision, a unit quaternion is off by some 1e-7.
-    if (!(std::abs(length - 1.0) < 1e-3)) {
-      document_.fault("node " + std::to_string(index) + ": rotation must have length 1, found " +
-                      std::to_string(length));
-    }
-    const double x = xyzw[0] / length, y = xyzw[1] / length, z = xyzw[2] / length,
-                 w = xyzw[3] / length;
-    Imath::M44d m;
-    const double rows[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)},
-                               {2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)},
-                               {2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)}};
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) m[i][j] = rows[i][j];
-    }
-    return m;
-  }
-
   void read_node(const tinygltf::Node& node, int index, const Placement& world) {
-    if (node.camera >= 0) read_camera(node, index, world);
+    if (node.camera >= 0 && !add_camera(document_, builder_, index, world)) ++left_out_cameras_;
     if (const auto found = node.extensions.find("KHR_lights_punctual");
         found != node.extensions.end()) {
       const tinygltf::Value& light = found->second.Get("light");
-      read_light(node, light.IsNumber() ? light.GetNumberAsInt() : -1, world);
+      add_light(document_, builder_, index, light.IsNumber() ? light.GetNumberAsInt() : -1, world);
     }
     if (node.skin >= 0) ++skins_;
     if (node.mesh < 0) return;
@@ -294,100 +240,9 @@ class GltfReader {
     builder_.add_cage(name, material, std::move(cage), materials_.emission(material));
   }
 
-  /// Cameras and lights look along -z of their node, with +y up.
-  Vec3d forward(const Placement& world, int node) const {
-    const Vec3d direction = world.vector({0, 0, -1});
-    if (direction.length() == 0.0) {
-      document_.fault("node " + std::to_string(node) + ": its transform has no direction -z");
-    }
-    return direction.normalized();
-  }
-
-  void read_camera(const tinygltf::Node& node, int index, const Placement& world) {
-    const tinygltf::Camera& camera = document_.at(model_.cameras, node.camera, "camera");
-    if (camera.type != "perspective") {
-      builder_.warn("camera " + std::to_string(node.camera) + " is " + camera.type +
-                    ", which is not supported; it is left out");
-      return;
-    }
-    if (builder_.model().camera) {
-      ++left_out_cameras_;
-      return;
-    }
-    CameraDescription result;
-    result.vertical_fov_deg = degrees(camera.perspective.yfov);
-    if (!(result.vertical_fov_deg > 0.0 && result.vertical_fov_deg < 180.0)) {
-      document_.fault("camera " + std::to_string(node.camera) +
-                      ": yfov must be in (0, pi), found " +
-                      std::to_string(camera.perspective.yfov));
-    }
-    result.position = world.point(Vec3d(0.0));
-    result.look_at = result.position + forward(world, index);
-    result.up = world.vector({0, 1, 0});
-    if (result.up.normalized().cross(forward(world, index)).length() < 1e-6) {
-      document_.fault("node " + std::to_string(index) + ": its transform flattens the camera");
-    }
-    if (const double aspect = camera.perspective.aspectRatio; aspect > 0.0) {
-      const auto side = [](double share) {
-        return std::clamp(static_cast<int>(std::lround(kLongSide * std::min(share, 1.0))), 1,
-                          kLongSide);
-      };
-      result.resolution = {side(aspect), side(1.0 / aspect)};
-    }
-    builder_.model().camera = result;
-  }
-
-  void read_light(const tinygltf::Node& node, int index, const Placement& world) {
-    const tinygltf::Light& light = document_.at(model_.lights, index, "light");
-    const std::string name = builder_.unique_name(!node.name.empty()    ? node.name
-                                                  : !light.name.empty() ? light.name
-                                                                        : "light");
-    const std::string place = "light \"" + name + "\"";
-    Vec3d intensity(light.intensity);
-    if (!light.color.empty() && light.color.size() != 3) {
-      document_.fault(place + ": color needs 3 numbers");
-    }
-    for (int c = 0; c < 3; ++c) {
-      if (!light.color.empty()) intensity[c] *= light.color[static_cast<std::size_t>(c)];
-      if (!(intensity[c] >= 0.0 && intensity[c] <= kMaxCoordinate)) {
-        document_.fault(place + ": color and intensity must be >= 0");
-      }
-    }
-    if (light.range != 0.0) builder_.warn(place + ": range is not supported and left out");
-    if (intensity == Vec3d(0.0)) {
-      builder_.warn(place + " has an intensity of zero and is not a light");
-      return;
-    }
-    const Vec3d position = world.point(Vec3d(0.0));
-    Model& model = builder_.model();
-    if (light.type == "point") {
-      model.point_lights.push_back({name, position, intensity});
-    } else if (light.type == "directional") {
-      model.directional_lights.push_back({name, world.vector({0, 0, -1}), Rgb(Vec3(intensity))});
-      if (model.directional_lights.back().direction.length() == 0.0) {
-        document_.fault(place + ": the transform of its node has no direction -z");
-      }
-    } else if (light.type == "spot") {
-      const double inner = degrees(light.spot.innerConeAngle);
-      const double outer = degrees(light.spot.outerConeAngle);
-      // A quarter turn in single precision may lie above 90 degrees by rounding.
-      if (!(inner >= 0.0 && inner < outer && outer <= 90.0 + 1e-4)) {
-        document_.fault(place + ": expected 0 <= innerConeAngle < outerConeAngle <= pi/2");
-      }
-      if (world.vector({0, 0, -1}).length() == 0.0) {
-        document_.fault(place + ": the transform of its node has no direction -z");
-      }
-      model.spot_lights.push_back({name, position, world.vector({0, 0, -1}).normalized(), intensity,
-                                   inner, std::min(outer, 90.0)});
-    } else {
-      document_.fault(place + ": unknown type \"" + light.type +
-                      "\", expected point, spot or directional");
-    }
-  }
-
   void report() {
     for (const std::string& name : model_.extensionsUsed) {
-      if (name == "KHR_lights_punctual" || name == "KHR_materials_emissive_strength") continue;
+      if (is_supported_extension(name)) continue;
       builder_.warn("extension " + name + " is not supported and left out");
     }
     const auto count = [&](std::size_t number, const std::string& what) {

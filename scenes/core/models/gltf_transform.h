@@ -2,6 +2,7 @@
 
 #include <ImathMatrix.h>
 
+#include "scenes/core/models/gltf_document.h"
 #include "scenes/core/vec.h"
 
 namespace penumbra {
@@ -27,5 +28,10 @@ class Placement {
   Imath::M33d cofactors_;
   bool mirrors_{false};
 };
+
+/// A node's own transform: its matrix, or scale, then rotation, then translation.
+/// @param node  that exists
+/// @throws InputError when a property has a wrong size, or a rotation another length than 1
+Imath::M44d local_matrix(const GltfDocument& document, int node);
 
 }  // namespace penumbra

@@ -65,11 +65,22 @@ CameraDescription framing_camera(const SceneDescription& scene) {
   }
   CameraDescription camera;
   camera.look_at = (low + high) * 0.5;
-  // A sphere around the box just fits the picture's height, which is its shorter side.
-  const double radius = 0.5 * (high - low).length();
-  const double half_angle = 0.5 * camera.vertical_fov_deg * M_PI / 180.0;
-  camera.position =
-      camera.look_at + Vec3d(0.6, 0.5, 1.0).normalized() * (radius / std::sin(half_angle));
+  // As near as the corners of the box allow in width and height, with a margin.
+  constexpr double kMargin = 1.05;
+  const Vec3d back = Vec3d(0.6, 0.5, 1.0).normalized();
+  const Vec3d right = camera.up.cross(back).normalized();
+  const Vec3d up = back.cross(right);
+  const double slope_y = std::tan(0.5 * camera.vertical_fov_deg * M_PI / 180.0) / kMargin;
+  const double slope_x = slope_y * camera.resolution[0] / camera.resolution[1];
+  double distance = 0.0;
+  for (int k = 0; k < 8; ++k) {
+    const Vec3d corner((k & 1) != 0 ? high.x : low.x, (k & 2) != 0 ? high.y : low.y,
+                       (k & 4) != 0 ? high.z : low.z);
+    const Vec3d d = corner - camera.look_at;
+    const double aside = std::max(std::abs(d.dot(right)) / slope_x, std::abs(d.dot(up)) / slope_y);
+    distance = std::max(distance, d.dot(back) + aside);
+  }
+  camera.position = camera.look_at + back * distance;
   return camera;
 }
 

@@ -167,8 +167,9 @@ struct Body {
 /// One value of a binary body.
 double binary_value(const char* bytes, const PlyType& type, PlyFormat format) {
   std::array<char, 8> raw{};
-  std::copy(bytes, bytes + type.bytes, raw.begin());
-  if (format == PlyFormat::BigEndian) std::reverse(raw.begin(), raw.begin() + type.bytes);
+  for (std::size_t i = 0; i < raw.size() && i < type.bytes; ++i) {
+    raw[i] = bytes[format == PlyFormat::BigEndian ? type.bytes - 1 - i : i];
+  }
   const auto as = [&](auto value) {
     std::memcpy(&value, raw.data(), sizeof(value));
     return static_cast<double>(value);
