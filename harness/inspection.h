@@ -6,11 +6,18 @@
 #include <vector>
 
 #include "harness/render.h"
-#include "harness/scene_store.h"
 
 /// What a scene has, what it does not need, and what leaving that out saves: measured against the
 /// same scene with everything kept.
 namespace penumbra {
+
+/// What loading a scene cost.
+struct LoadTimes {
+  double read_s{0.0};         ///< file to description
+  double build_s{0.0};        ///< description to scene
+  double ray_scene_s{0.0};    ///< part of `build_s` in Embree's own build
+  std::size_t peak_bytes{0};  ///< largest resident size of the process so far
+};
 
 /// A part of the program or the scene that not every scene needs.
 struct InspectedPart {

@@ -1,10 +1,7 @@
 #include "harness/scene_store.h"
 
-#include <sys/resource.h>
-
 #include <utility>
 
-#include "harness/clocks.h"
 #include "harness/progress.h"
 #include "scenes/core/scene_file.h"
 
@@ -18,24 +15,10 @@ SceneDescription load_description(const std::filesystem::path& file,
   return description;
 }
 
-std::size_t peak_resident_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
-}
-
 std::unique_ptr<Scene> load_scene(const std::filesystem::path& file,
                                   const std::optional<std::array<int, 2>>& resolution,
-                                  const SceneOptions& options, LoadTimes* times) {
-  const Stopwatch watch;
-  SceneDescription description = load_description(file, resolution);
-  const double read_s = watch.wall_s();
-  auto scene = std::make_unique<Scene>(std::move(description), options);
-  if (times != nullptr) {
-    *times = {read_s, watch.wall_s() - read_s, scene->traits().ray_scene_build_s,
-              peak_resident_bytes()};
-  }
-  return scene;
+                                  const SceneOptions& options) {
+  return std::make_unique<Scene>(load_description(file, resolution), options);
 }
 
 LoadedScene load_scene(const SceneConfig& config, int tile, Quantity quantity) {

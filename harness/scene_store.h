@@ -21,22 +21,14 @@ struct LoadedScene {
   ShadingPoints points;
 };
 
-/// What loading a scene cost.
-struct LoadTimes {
-  double read_s{0.0};         ///< file to description
-  double build_s{0.0};        ///< description to scene
-  double ray_scene_s{0.0};    ///< part of `build_s` in Embree's own build
-  std::size_t peak_bytes{0};  ///< largest resident size of the process so far
-};
+/// Reads a scene or model file, with another resolution where one is given; reports its warnings.
+SceneDescription load_description(const std::filesystem::path& file,
+                                  const std::optional<std::array<int, 2>>& resolution);
 
-/// Largest resident size of this process so far.
-std::size_t peak_resident_bytes();
-
-/// Loads a scene or model file, with another resolution where one is given; reports its warnings.
-/// @param times  where not nullptr, what it cost
+/// Reads and loads it.
 std::unique_ptr<Scene> load_scene(const std::filesystem::path& file,
                                   const std::optional<std::array<int, 2>>& resolution,
-                                  const SceneOptions& options = {}, LoadTimes* times = nullptr);
+                                  const SceneOptions& options = {});
 
 /// Loads one scene of an experiment and makes its shading points.
 /// @param tile  side of a tile [pixels]

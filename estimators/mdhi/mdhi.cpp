@@ -217,10 +217,10 @@ class Mdhi final : public Estimator {
       if (!sample.point.can_contribute()) continue;
       const std::int32_t light = scene_->emitter(rays_.hits[ray++], sample.point.wi);
       if (!charts_.sees(sample.chart, light)) continue;
-      ++counters_.lit;
       sample.point.fate = SampleFate::Lit;
       sample.f = sample.point.f_cos *
                  scene_->lights()[static_cast<std::size_t>(light)].radiance_along(sample.point.wi);
+      counters_.lit += is_black(sample.f) ? 0u : 1u;
     }
   }
 

@@ -326,7 +326,7 @@ void Mixture::trace(std::size_t first) noexcept {
     if (counts) {
       const Light& source = lights[static_cast<std::size_t>(light)];
       f_[sample] *= kEnvironment ? source.radiance_along(wi_[sample]) : source.radiance;
-      ++counters_.lit;
+      counters_.lit += is_black(f_[sample]) ? 0u : 1u;
     } else {
       f_[sample] = Rgb(0.0f);
     }
