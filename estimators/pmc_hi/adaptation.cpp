@@ -196,13 +196,15 @@ void add_posterior_sums(const Mixture& mixture, std::size_t first, std::span<con
                         std::span<const double> coefficients, std::span<double> sums) noexcept {
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (weights[i] == 0.0) continue;
-    const auto density = [&](std::size_t k) {
-      return coefficients[k] * static_cast<double>(mixture.pdf_w(first + i, static_cast<int>(k)));
+    const auto density = [&](int k, float pdf) {
+      return coefficients[static_cast<std::size_t>(k)] * static_cast<double>(pdf);
     };
     double k_sum = 0.0;
-    for (std::size_t k = 0; k < sums.size(); ++k) k_sum += density(k);
+    mixture.for_each_pdf_w(first + i, [&](int k, float pdf) { k_sum += density(k, pdf); });
     const double scale = weights[i] / k_sum;
-    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += scale * density(k);
+    mixture.for_each_pdf_w(first + i, [&](int k, float pdf) {
+      sums[static_cast<std::size_t>(k)] += scale * density(k, pdf);
+    });
   }
 }
 
