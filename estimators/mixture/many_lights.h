@@ -14,8 +14,8 @@
 /// them: only densities that are not 0 are kept, and memory is touched as far as it is used.
 namespace penumbra {
 
-/// From this number of lights on a mixture keeps its densities so. Measured: the grid pays from
-/// about 50 lights on.
+/// From this number of lights on a mixture keeps its densities so. Measured there (-O1, SRL 4): mis
+/// takes 0.43, bsdf 0.24 of the time that all densities take; at 256 lights 0.16 and 0.07.
 inline constexpr std::size_t kManyLights = 64;
 
 /// The positive density of one light component at a direction.

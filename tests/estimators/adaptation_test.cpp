@@ -111,41 +111,6 @@ RC_GTEST_PROP(RaiseToMinimum, KeepsTheSumRaisesAllButTheConeAndTakesNoMoreThanNe
   RC_ASSERT(after.back() >= 0);
 }
 
-// One sample at a time from the largest count that may give, the first of equals.
-void raise_step_by_step(Counts& counts, int minimum) {
-  const std::size_t cone = counts.size() - 1;
-  for (std::size_t k = 0; k < cone; ++k) {
-    while (counts[k] < minimum) {
-      std::size_t giver = counts.size();
-      for (std::size_t j = 0; j < counts.size(); ++j) {
-        const bool can_give = counts[j] > (j == cone ? 0 : minimum);
-        if (can_give && (giver == counts.size() || counts[j] > counts[giver])) giver = j;
-      }
-      ASSERT_LT(giver, counts.size());
-      --counts[giver];
-      ++counts[k];
-    }
-  }
-}
-
-RC_GTEST_PROP(RaiseToMinimum, IsOneSampleAtATimeFromTheLargest,
-              (const std::vector<std::uint8_t>& given, std::uint8_t cone, bool two)) {
-  const int minimum = two ? 2 : 1;
-  Counts counts;
-  int total = cone % 8;
-  for (const std::uint8_t c : given) {
-    // Many zeros and ties, some large.
-    counts.push_back(c % 3 == 0 ? 0 : c % 3 == 1 ? c % 8 : c);
-    total += counts.back();
-  }
-  RC_PRE(!counts.empty() && total >= minimum * static_cast<int>(counts.size()));
-  counts.push_back(cone % 8);
-  Counts expected = counts;
-  raise_step_by_step(expected, minimum);
-  raise_to_minimum(counts, minimum);
-  RC_ASSERT(counts == expected);
-}
-
 TEST(RaiseToMinimum, TakesFromTheLargestEachTime) {
   Counts counts = {0, 5, 4, 0};
   raise_to_minimum(counts, 2);

@@ -1,6 +1,8 @@
-// The grid over directions, and a mixture's densities with many lights: those of every light.
+// Shortcuts for many lights, against what they stand for: the grid over directions, a mixture's
+// densities, the raising of counts.
 
 #include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +12,7 @@
 
 #include "estimators/mixture/light_grid.h"
 #include "estimators/mixture/mixture.h"
+#include "estimators/pmc_hi/adaptation.h"
 #include "tests/support/fixtures.h"
 #include "tests/support/scenes_support.h"
 #include "tests/support/statistics_support.h"
@@ -151,6 +154,41 @@ TEST(ManyLights, DensitiesOfAMixtureAreThoseOfEveryLight) {
       EXPECT_GT(samples, 100u);
     }
   }
+}
+
+// One sample at a time from the largest count that may give, the first of equals.
+void raise_step_by_step(std::vector<int>& counts, int minimum) {
+  const std::size_t cone = counts.size() - 1;
+  for (std::size_t k = 0; k < cone; ++k) {
+    while (counts[k] < minimum) {
+      std::size_t giver = counts.size();
+      for (std::size_t j = 0; j < counts.size(); ++j) {
+        const bool can_give = counts[j] > (j == cone ? 0 : minimum);
+        if (can_give && (giver == counts.size() || counts[j] > counts[giver])) giver = j;
+      }
+      ASSERT_LT(giver, counts.size());
+      --counts[giver];
+      ++counts[k];
+    }
+  }
+}
+
+RC_GTEST_PROP(RaiseToMinimum, IsOneSampleAtATimeFromTheLargest,
+              (const std::vector<std::uint8_t>& given, std::uint8_t cone, bool two)) {
+  const int minimum = two ? 2 : 1;
+  std::vector<int> counts;
+  int total = cone % 8;
+  for (const std::uint8_t c : given) {
+    // Many zeros and ties, some large.
+    counts.push_back(c % 3 == 0 ? 0 : c % 3 == 1 ? c % 8 : c);
+    total += counts.back();
+  }
+  RC_PRE(!counts.empty() && total >= minimum * static_cast<int>(counts.size()));
+  counts.push_back(cone % 8);
+  std::vector<int> expected = counts;
+  raise_step_by_step(expected, minimum);
+  pmc_hi::raise_to_minimum(counts, minimum);
+  RC_ASSERT(counts == expected);
 }
 
 }  // namespace
