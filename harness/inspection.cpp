@@ -228,8 +228,8 @@ std::vector<InspectedPart> parts_of(const Scene& lean, const Scene& kept,
                           "the scene has no environment"));
   parts.push_back(part_of(
       "ray scenes of lights", l.light_crossings, k.light_crossings,
-      plural(l.light_crossings.count, "mesh light", "mesh lights") + " of more than 64 triangles",
-      "no mesh light of more than 64 triangles"));
+      plural(l.light_crossings.count, "mesh light", "mesh lights") + " of more than 32 triangles",
+      "no mesh light of more than 32 triangles"));
   parts.push_back(part_of("loop over delta lights", l.delta_lights, k.delta_lights,
                           plural(l.delta_lights.count, "light", "lights") + " without extent",
                           "no light without extent"));

@@ -87,11 +87,10 @@ class Mis final : public Estimator {
     for (std::size_t i = 0; i < mixture_.size(); ++i) {
       if (is_black(mixture_.f(i))) continue;
       double squares = 0.0;
-      for (int k = 0; k < mixture_.components(); ++k) {
-        const double density =
-            coefficients[static_cast<std::size_t>(k)] * static_cast<double>(mixture_.pdf_w(i, k));
+      mixture_.for_each_pdf_w(i, [&](int k, float pdf) {
+        const double density = coefficients[static_cast<std::size_t>(k)] * static_cast<double>(pdf);
         squares += density * density;
-      }
+      });
       const auto own = static_cast<std::size_t>(mixture_.component(i));
       const double density = coefficients[own] * static_cast<double>(mixture_.own_pdf(i));
       if (!(squares > 0.0)) {

@@ -64,13 +64,20 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
       densities_(densities),
       max_components_(scene.sampled_lights().size() + 2),
       bsdf_(scene.bsdf(0), Vec3(0.0f, 0.0f, 1.0f)),
-      light_pdfs_(scene.sampled_lights().size() + 1),
+      light_pdfs_(scene.sampled_lights().size() < kManyLights ? scene.sampled_lights().size() + 1
+                                                              : 0),
       wi_(max_samples),
       f_(max_samples),
       component_(max_samples),
       own_pdf_(max_samples),
       stride_(max_samples + kLaneGroup),
-      pdfs_(densities == Densities::All ? stride_ * max_components_ : 0),
+      pdfs_(densities == Densities::All && scene.sampled_lights().size() < kManyLights
+                ? stride_ * max_components_
+                : 0),
+      many_(scene.sampled_lights().size() < kManyLights
+                ? nullptr
+                : std::make_unique<ManyLights>(scene.sampled_lights().size(), max_samples,
+                                               densities == Densities::All)),
       rays_(max_samples),
       exact_(scene),
       record_index_(max_samples) {
@@ -101,6 +108,7 @@ void Mixture::set_up(const ShadingPoint& point, const SurfaceValues* surface,
   active_.clear();
   active_ids_.clear();
   if (!scene_->is_mirror(point.material)) list_active_lights(point);
+  if (many_ != nullptr) many_->built = false;
   point_ = point;
   record_ = nullptr;
   if (active_.empty() && !exact_.possible()) return;
@@ -197,9 +205,9 @@ void Mixture::draw_any_light(std::size_t count) noexcept {
     v.choice = std::min(scaled - static_cast<float>(light), kOneMinusEpsilon);
     const LightSample s = active_[light].sample(v).value_or(LightSample{});
     float pdf = s.pdf_w;
-    for (std::size_t other = 0; other < active_.size(); ++other) {
+    for_each_met(s.wi, [&](std::size_t other) {
       if (other != light) pdf += active_[other].pdf_w(s.wi);
-    }
+    });
     drawn_.wi.set(drawn_.count + i, s.wi);
     drawn_.own_pdf[drawn_.count + i] = pdf / n;
   }
@@ -233,6 +241,7 @@ void Mixture::fill_light_pdfs() noexcept {
     std::copy_n(drawn_.own_pdf.begin(), count, sum.begin());
     return;
   }
+  if (many_ != nullptr) return fill_pdfs_of_many();
   for (int k = 0; k < lights; ++k) {
     Block<float>& pdf = light_pdfs_[static_cast<std::size_t>(k)];
     proposal(k).pdf_w(drawn_.wi, count, pdf);
@@ -277,7 +286,10 @@ void Mixture::keep_block() noexcept {
     const Vec3 wi = drawn_.wi[lane];
     const int component = drawn_.component[lane];
     const float own = component == bsdf_component() ? drawn_.bsdf_pdf[i] : drawn_.own_pdf[lane];
-    if (densities_ == Densities::All) {
+    if (densities_ == Densities::All && many_ != nullptr) {
+      keep_pdfs_of_many(lane, drawn_.bsdf_pdf[i],
+                        component == cone_component() ? own : cone_.pdf_w(wi));
+    } else if (densities_ == Densities::All) {
       float* pdf = &pdfs_[size_];
       for (std::size_t k = 0; k < lights; ++k) pdf[k * stride_] = light_pdfs_[k][lane];
       pdf[lights * stride_] = drawn_.bsdf_pdf[i];
@@ -336,6 +348,7 @@ void Mixture::trace(std::size_t first) noexcept {
 
 void Mixture::mixture_pdfs_w(std::size_t first, std::span<const double> coefficients,
                              std::span<double> density) const noexcept {
+  if (many_ != nullptr) return mixture_pdfs_of_many(first, coefficients, density);
   const std::size_t lanes = whole_groups(size_ - first);
   double* __restrict sum = density.data();
   for (std::size_t i = 0; i < lanes; ++i) sum[i] = 0.0;

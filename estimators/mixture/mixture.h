@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "estimators/estimator.h"
 #include "estimators/mixture/exact_light.h"
+#include "estimators/mixture/many_lights.h"
 #include "scenes/core/block.h"
 
 /// The multi-sample mixture that the estimators share: one component per light (or one for all
@@ -99,7 +101,20 @@ class Mixture {
   /// Density of component k in the direction of sample i [1/sr]; its own is the one it was drawn
   /// with. Only with Densities::All.
   float pdf_w(std::size_t i, int k) const noexcept {
-    return pdfs_[static_cast<std::size_t>(k) * stride_ + i];
+    return many_ == nullptr ? pdfs_[static_cast<std::size_t>(k) * stride_ + i]
+                            : pdf_w_of_many(i, k);
+  }
+  /// Calls visit(k, pdf) in ascending order for every component whose density at sample i is not 0,
+  /// and perhaps for others. Only with Densities::All.
+  template <typename Visit>
+  void for_each_pdf_w(std::size_t i, Visit visit) const noexcept {
+    if (many_ == nullptr) {
+      for (int k = 0; k < components(); ++k) visit(k, pdf_w(i, k));
+      return;
+    }
+    for (const LightDensity& d : many_->sample(i)) visit(static_cast<int>(d.component), d.pdf_w);
+    visit(bsdf_component(), many_->bsdf[i]);
+    visit(cone_component(), many_->cone[i]);
   }
   /// Density of the mixture with coefficients c_k, K = sum_k c_k h_k, at samples [first, size()).
   /// @param coefficients  [component]
@@ -128,6 +143,13 @@ class Mixture {
   void draw_bsdf(std::size_t count) noexcept;
   void draw_cone(std::size_t count) noexcept;
   void fill_light_pdfs() noexcept;
+  void fill_pdfs_of_many() noexcept;
+  void keep_pdfs_of_many(std::size_t lane, float bsdf, float cone) noexcept;
+  float pdf_w_of_many(std::size_t i, int k) const noexcept;
+  void mixture_pdfs_of_many(std::size_t first, std::span<const double> coefficients,
+                            std::span<double> density) const noexcept;
+  template <typename Visit>
+  void for_each_met(const Vec3& wi, Visit visit) noexcept;
   std::size_t list_survivors() noexcept;
   void keep_block() noexcept;
   template <bool kEnvironment, bool kSelects>
@@ -179,8 +201,9 @@ class Mixture {
   std::vector<Rgb> f_;
   std::vector<int> component_;
   std::vector<float> own_pdf_;
-  std::size_t stride_;       // of pdfs_
-  std::vector<float> pdfs_;  // [component][sample]
+  std::size_t stride_;                // of pdfs_
+  std::vector<float> pdfs_;           // [component][sample]; empty with many lights
+  std::unique_ptr<ManyLights> many_;  // instead, with many lights
   RayBatch rays_;
   // The loops over traced rays, chosen once per scene.
   using Trace = void (Mixture::*)(std::size_t) noexcept;
@@ -194,5 +217,20 @@ class Mixture {
   std::vector<std::size_t> record_index_;                       // [sample]
   std::array<std::size_t, kBlock + kLaneGroup> record_lane_{};  // [lane of the block at hand]
 };
+
+// Lights that can be met along wi, in ascending order, and perhaps others.
+template <typename Visit>
+void Mixture::for_each_met(const Vec3& wi, Visit visit) noexcept {
+  if (many_ == nullptr || restricted_) {
+    const auto last = static_cast<std::size_t>(last_light_);
+    for (auto l = static_cast<std::size_t>(first_light_); l < last; ++l) visit(l);
+    return;
+  }
+  if (!many_->built) {
+    many_->grid.build(active_);
+    many_->built = true;
+  }
+  many_->grid.for_each(wi, visit);
+}
 
 }  // namespace penumbra

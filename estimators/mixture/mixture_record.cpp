@@ -57,7 +57,12 @@ void Mixture::record_block() noexcept {
                                                       : SampleFate::MissesLights;
     if (densities_ == Densities::Own) continue;
     sample.pdfs.assign(record_->components.size(), 0.0f);
-    for (int k = 0; k < light_components(); ++k) {
+    if (many_ != nullptr) {
+      for (const LightDensity& d : many_->lane(lane)) {
+        sample.pdfs[recorded_component(static_cast<int>(d.component))] = d.pdf_w;
+      }
+    }
+    for (int k = 0; many_ == nullptr && k < light_components(); ++k) {
       sample.pdfs[recorded_component(k)] = light_pdfs_[static_cast<std::size_t>(k)][lane];
     }
     sample.pdfs[recorded_component(bsdf_component())] = bsdf_pdf;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "estimators/mixture/estimates.h"
 #include "scenes/core/error.h"
@@ -140,20 +141,48 @@ void round_counts(Rounding rounding, std::span<const double> alpha, int total, S
   }
 }
 
+// Taking one at a time from the largest, the first of equals, lowers all givers to a common level
+// and the first of them by one more. The level comes by bisection: with many components, most of
+// them below the minimum, one search of the largest per sample would cost the square of their
+// number.
 void raise_to_minimum(std::span<int> counts, int minimum) noexcept {
   const std::size_t cone = counts.size() - 1;
-  for (std::size_t k = 0; k < cone; ++k) {
-    while (counts[k] < minimum) {
-      // The largest of those that stay at their own minimum; the cone's is 0.
-      std::size_t giver = counts.size();
-      for (std::size_t j = 0; j < counts.size(); ++j) {
-        const bool can_give = counts[j] > (j == cone ? 0 : minimum);
-        if (can_give && (giver == counts.size() || counts[j] > counts[giver])) giver = j;
-      }
-      PN_ASSERT(giver < counts.size());
-      if (giver == counts.size()) return;  // check_budget refuses such totals
-      --counts[giver];
-      ++counts[k];
+  const auto lowest = [&](std::size_t k) { return k == cone ? 0 : minimum; };
+  std::int64_t wanted = 0;
+  for (std::size_t k = 0; k < cone; ++k) wanted += std::max(0, minimum - counts[k]);
+  if (wanted == 0) return;
+  // What lowering to a level sets free.
+  const auto given = [&](int level) {
+    std::int64_t sum = 0;
+    for (std::size_t k = 0; k <= cone; ++k) {
+      sum += std::max(0, counts[k] - std::max(level, lowest(k)));
+    }
+    return sum;
+  };
+  PN_ASSERT(given(0) >= wanted);  // check_budget refuses such totals
+  wanted = std::min(wanted, given(0));
+  int level = 0;
+  int high = *std::max_element(counts.begin(), counts.end());
+  while (level < high) {
+    const int middle = level + (high - level) / 2;
+    if (given(middle) <= wanted) {
+      high = middle;
+    } else {
+      level = middle + 1;
+    }
+  }
+  std::int64_t rest = wanted - given(level);
+  for (std::size_t k = 0; k <= cone; ++k) {
+    if (counts[k] < lowest(k)) {
+      const std::int64_t taken = std::min<std::int64_t>(minimum - counts[k], wanted);
+      counts[k] += static_cast<int>(taken);
+      wanted -= taken;
+      continue;
+    }
+    counts[k] = std::min(counts[k], std::max(level, lowest(k)));
+    if (rest > 0 && counts[k] == level && counts[k] > lowest(k)) {
+      --counts[k];
+      --rest;
     }
   }
 }
@@ -196,13 +225,15 @@ void add_posterior_sums(const Mixture& mixture, std::size_t first, std::span<con
                         std::span<const double> coefficients, std::span<double> sums) noexcept {
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (weights[i] == 0.0) continue;
-    const auto density = [&](std::size_t k) {
-      return coefficients[k] * static_cast<double>(mixture.pdf_w(first + i, static_cast<int>(k)));
+    const auto density = [&](int k, float pdf) {
+      return coefficients[static_cast<std::size_t>(k)] * static_cast<double>(pdf);
     };
     double k_sum = 0.0;
-    for (std::size_t k = 0; k < sums.size(); ++k) k_sum += density(k);
+    mixture.for_each_pdf_w(first + i, [&](int k, float pdf) { k_sum += density(k, pdf); });
     const double scale = weights[i] / k_sum;
-    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += scale * density(k);
+    mixture.for_each_pdf_w(first + i, [&](int k, float pdf) {
+      sums[static_cast<std::size_t>(k)] += scale * density(k, pdf);
+    });
   }
 }
 

@@ -42,6 +42,16 @@ double spot_falloff(const Light& light, const Vec3d& wi) noexcept {
   return clamped * clamped;
 }
 
+// The directions that can meet a sphere, a little wider than the rounding of a direction.
+DirectionCone cone_around(const Vec3d& to_middle, double radius) noexcept {
+  const double distance = to_middle.length();
+  const double sine = radius * (1.0 + 1e-6) / distance;
+  if (!(sine < 1.0)) return {};
+  const double depth = sine * sine / (1.0 + std::sqrt(1.0 - sine * sine));
+  return {Vec3(to_middle / distance),
+          static_cast<float>(depth * (1.0 + 1e-5) + 1e-6 * std::sqrt(depth) + 1e-12)};
+}
+
 // Largest signed distance of a box's corners over the plane through `from`.
 float highest_corner(const Light& light, const Vec3& from, const Vec3& normal) noexcept {
   float height = 0.0f;
@@ -56,18 +66,6 @@ float highest_corner(const Light& light, const Vec3& from, const Vec3& normal) n
 
 std::string_view to_string(LightSampling sampling) {
   return sampling == LightSampling::Area ? "area" : "solid_angle";
-}
-
-// A triangle faces the point when dot(n, v) > 0 for its normal n and the vector v from one of its
-// points to the point. Split along the axis, n = cos(b) axis + sin(b) across with an angle b up to
-// the bound: dot(n, v) <= cos(b) height + sin(b) |v|, which grows with b where the height of the
-// point over the lowest vertex is negative.
-bool NormalBounds::all_face_away_from(const Vec3& point, double farthest_vertex) const noexcept {
-  if (!(cosine > 0.0)) return false;
-  const double height = axis.dot(Vec3d(point)) - lowest;
-  // What float normals and positions may be off by.
-  const double rounding = 4e-7 * (farthest_vertex + std::abs(lowest));
-  return cosine * height + sine * farthest_vertex < -rounding;
 }
 
 bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec3& from,
@@ -192,23 +190,34 @@ bool LightProposal::set_up_mesh(const Vec3& normal, bool keep_all) noexcept {
   const Vec3d low(light.bounds_min);
   const Vec3d high(light.bounds_max);
   const Vec3d to_middle = (low + high) * 0.5 - Vec3d(from_);
-  const double distance = to_middle.length();
-  const double radius = 0.5 * (high - low).length() * (1.0 + 1e-6);
+  const double radius = 0.5 * (high - low).length();
   if (!keep_all && !light.two_sided &&
-      light.normal_bounds.all_face_away_from(from_, distance + radius)) {
+      light.normal_bounds.all_face_away_from(from_, to_middle.length() + radius)) {
     return false;
   }
-  // The cone of directions that can meet the mesh, a little wider than the rounding of a direction.
-  const double sine = radius / distance;
-  if (!(sine < 1.0)) {
-    axis_ = Vec3(0.0f, 0.0f, 1.0f);
-    one_minus_cos_ = 3.0f;
-    return true;
-  }
-  axis_ = Vec3(to_middle / distance);
-  const double depth = sine * sine / (1.0 + std::sqrt(1.0 - sine * sine));
-  one_minus_cos_ = static_cast<float>(depth * (1.0 + 1e-5) + 1e-6 * std::sqrt(depth) + 1e-12);
+  const DirectionCone cone = cone_around(to_middle, radius);
+  axis_ = cone.axis;
+  one_minus_cos_ = cone.one_minus_cos;
   return true;
+}
+
+DirectionCone LightProposal::directions() const noexcept {
+  const Light& light = *light_;
+  switch (mode_) {
+    case Mode::RectangleArea:
+    case Mode::RectangleAngle: {
+      const Vec3d half = (Vec3d(light.edge_u) + Vec3d(light.edge_v)) * 0.5;
+      return cone_around(Vec3d(to_origin_) + half, half.length());
+    }
+    case Mode::SphereCone:
+      return cone_around(Vec3d(light.center) - Vec3d(from_), static_cast<double>(light.radius));
+    case Mode::Mesh:
+      return {axis_, one_minus_cos_};
+    case Mode::SphereInside:
+    case Mode::Environment:
+      break;
+  }
+  return {};
 }
 
 // The rectangle as seen from the point, by value: loops over lanes keep it in registers.

@@ -105,6 +105,12 @@ struct DeltaSample {
 std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
                                         const Vec3& normal) noexcept;
 
+/// Directions about an axis.
+struct DirectionCone {
+  Vec3 axis{0.0f, 0.0f, 1.0f};  ///< unit
+  float one_minus_cos{3.0f};    ///< of the half angle; above 2: every direction
+};
+
 struct LightSample {
   Vec3 wi{0.0f};      ///< unit, towards the light
   float pdf_w{0.0f};  ///< per steradian, summed over all points of this light along wi
@@ -144,6 +150,9 @@ class LightProposal {
 
   /// Whether `sample` reads `Variates::choice`.
   bool uses_choice() const noexcept { return mode_ == Mode::Mesh; }
+
+  /// A cone outside of which the density is 0; a little wider than the rounding of directions.
+  DirectionCone directions() const noexcept;
 
  private:
   struct Rectangle;

@@ -114,6 +114,18 @@ NormalBounds normal_bounds(const std::vector<Vec3>& vertices) {
   return bounds;
 }
 
+// A triangle faces the point when dot(n, v) > 0 for its normal n and the vector v from one of its
+// points to the point. Split along the axis, n = cos(b) axis + sin(b) across with an angle b up to
+// the bound: dot(n, v) <= cos(b) height + sin(b) |v|, which grows with b where the height of the
+// point over the lowest vertex is negative.
+bool NormalBounds::all_face_away_from(const Vec3& point, double farthest_vertex) const noexcept {
+  if (!(cosine > 0.0)) return false;
+  const double height = axis.dot(Vec3d(point)) - lowest;
+  // What float normals and positions may be off by.
+  const double rounding = 4e-7 * (farthest_vertex + std::abs(lowest));
+  return cosine * height + sine * farthest_vertex < -rounding;
+}
+
 std::unique_ptr<RayScene> make_crossings(const Light& light, bool keep_all) {
   if (light.vertices.size() <= (keep_all ? 0 : 3 * kMaxTriedTriangles)) return nullptr;
   auto scene = std::make_unique<RayScene>(RayScene::Query::Crossings);

@@ -19,9 +19,10 @@ Light make_light(const ShapeDescription& shape, const SurfaceGeometry& geometry)
 /// @param vertices  three per triangle
 NormalBounds normal_bounds(const std::vector<Vec3>& vertices);
 
-/// A mesh light of more triangles has a ray scene of its own. Measured: a query of that costs as
-/// much as trying about 60 triangles.
-inline constexpr std::size_t kMaxTriedTriangles = 64;
+/// A mesh light of more triangles has a ray scene of its own. Measured (-O3, directions that meet a
+/// closed mesh): 6.2 ns per triangle tried; 0.18 us per query of up to 100 triangles, 0.42 us of
+/// 3,000.
+inline constexpr std::size_t kMaxTriedTriangles = 32;
 
 /// @return a committed scene of a mesh light's triangles, or nullptr where trying them is as fast
 std::unique_ptr<RayScene> make_crossings(const Light& light, bool keep_all = false);
