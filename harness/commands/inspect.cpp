@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "harness/clocks.h"
@@ -63,7 +64,7 @@ TimeSplit time_split(Scene& scene, const ShadingPoints& points, SamplerKind samp
   return split;
 }
 
-// World units of a point light, from those of the scene.
+// World units of a light without extent, from those of the scene.
 Vec3d world_position(const Light& light, const SceneTraits& t) {
   return Vec3d(light.center) / t.scale + t.center;
 }
@@ -82,19 +83,36 @@ std::string_view type_name(LightType type) {
       return "mesh";
     case LightType::Environment:
       return "environment";
+    case LightType::Spot:
+      return "spot";
+    case LightType::Directional:
+      return "directional";
     case LightType::Point:
       break;
   }
   return "point";
 }
 
+// Half angle in degrees of a cone of 1 - cos = depth.
+double half_angle_deg(double depth) {
+  return 2.0 * std::asin(std::sqrt(0.5 * depth)) * 180.0 / M_PI;
+}
+
 std::string triple(const Vec3d& v) { return fmt::format("({:g}, {:g}, {:g})", v.x, v.y, v.z); }
 
 void print_light(const Light& light, const SceneTraits& t) {
   fmt::print("    {:<12} {:<11} ", light.name, type_name(light.type));
-  if (light.type == LightType::Point) {
-    fmt::print("intensity {} W/sr at {}\n", triple(world_intensity(light, t)),
+  if (light.type == LightType::Directional) {
+    fmt::print("irradiance {} W/m^2 along {}\n", triple(Vec3d(light.irradiance)),
+               triple(light.axis));
+  } else if (light.is_delta()) {
+    fmt::print("intensity {} W/sr at {}", triple(world_intensity(light, t)),
                triple(world_position(light, t)));
+    if (light.type == LightType::Spot) {
+      fmt::print(" along {}, half angles {:g} and {:g} degrees", triple(light.axis),
+                 half_angle_deg(light.inner_depth), half_angle_deg(light.outer_depth));
+    }
+    fmt::print("\n");
   } else if (light.type == LightType::Environment) {
     const Environment& e = light.environment;
     fmt::print("{} x {} texels, {} W/m^2 over all directions, {:.1f} kB\n", e.columns(), e.rows(),
@@ -116,9 +134,11 @@ void print_text(const Scene& scene, double load_s, const ShadingPoints& points,
              t.scale, t.center.x, t.center.y, t.center.z, t.diagonal);
   fmt::print("  materials    {}{}, sharpest glossy lobe alpha {:g}\n", t.materials,
              t.all_diffuse ? ", all diffuse" : "", static_cast<double>(t.min_alpha));
-  fmt::print("  lights       {}: {} rectangles, {} spheres, {} meshes, {} points, {} environment\n",
-             scene.lights().size(), t.rectangle_lights, t.sphere_lights, t.mesh_lights,
-             t.point_lights, t.has_environment ? "an" : "no");
+  fmt::print(
+      "  lights       {}: {} rectangles, {} spheres, {} meshes, {} points, {} spots, {} "
+      "directional, {} environment\n",
+      scene.lights().size(), t.rectangle_lights, t.sphere_lights, t.mesh_lights, t.point_lights,
+      t.spot_lights, t.directional_lights, t.has_environment ? "an" : "no");
   for (const Light& light : scene.lights()) print_light(light, t);
   fmt::print(
       "  camera       {} x {}, {:.1f} % of the pixel centres can reflect light\n", points.width,
@@ -135,9 +155,17 @@ nlohmann::ordered_json rgb_json(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
 nlohmann::ordered_json light_json(const Light& light, const SceneTraits& t) {
   nlohmann::ordered_json json = {{"name", light.name}, {"type", type_name(light.type)}};
-  if (light.type == LightType::Point) {
+  if (light.type == LightType::Directional) {
+    json["direction"] = rgb_json(light.axis);
+    json["irradiance"] = rgb_json(Vec3d(light.irradiance));
+  } else if (light.is_delta()) {
     json["position"] = rgb_json(world_position(light, t));
     json["intensity"] = rgb_json(world_intensity(light, t));
+    if (light.type == LightType::Spot) {
+      json["direction"] = rgb_json(light.axis);
+      json["inner_angle_deg"] = half_angle_deg(light.inner_depth);
+      json["outer_angle_deg"] = half_angle_deg(light.outer_depth);
+    }
   } else if (light.type == LightType::Environment) {
     const Environment& e = light.environment;
     json["grid"] = {e.columns(), e.rows()};
@@ -169,6 +197,8 @@ void print_json(const Scene& scene, double load_s, const ShadingPoints& points,
   json["lights"] = nlohmann::ordered_json::array();
   for (const Light& light : scene.lights()) json["lights"].push_back(light_json(light, t));
   json["point_lights"] = t.point_lights;
+  json["spot_lights"] = t.spot_lights;
+  json["directional_lights"] = t.directional_lights;
   json["environment"] = t.has_environment;
   json["resolution"] = {points.width, points.height};
   json["valid_points"] = points.valid_count;

@@ -5,6 +5,7 @@
 
 #include "scenes/core/error.h"
 #include "scenes/core/frame.h"
+#include "scenes/core/microfacet.h"
 #include "scenes/core/sincos.h"
 #include "scenes/core/warp.h"
 
@@ -30,32 +31,8 @@ float phong_share(const Rgb& specular, const Rgb& diffuse) {
   return total > 0.0f ? mean(specular) / total : 0.0f;
 }
 
-// One channel of conductor_fresnel.
-inline float fresnel_channel(float cos_theta, float eta, float k) noexcept {
-  const float cos2 = cos_theta * cos_theta;
-  const float sin2 = std::max(0.0f, 1.0f - cos2);
-  const float eta2 = eta * eta;
-  const float k2 = k * k;
-  const float t0 = eta2 - k2 - sin2;
-  const float product = 4.0f * eta2 * k2;
-  const float a2_plus_b2 = std::sqrt(t0 * t0 + product);
-  // (a2_plus_b2 + t0)/2, in the form that does not cancel: (a2_plus_b2 + t0)(a2_plus_b2 - t0) = 4
-  // eta^2 k^2.
-  const float larger = a2_plus_b2 + std::abs(t0);
-  const float small_a2 = 0.5f * product / std::max(larger, 1e-30f);
-  const float a2 = t0 > 0.0f ? 0.5f * larger : small_a2;
-  const float t1 = a2_plus_b2 + cos2;
-  const float t2 = 2.0f * std::sqrt(a2) * cos_theta;
-  const float t3 = cos2 * a2_plus_b2 + sin2 * sin2;
-  const float t4 = t2 * sin2;
-  // Half of r_s (1 + r_p/r_s), with one division for both quotients.
-  return (t1 - t2) * t3 / ((t1 + t2) * (t3 + t4));
-}
-
-inline float ggx(const Vec3& h, float alpha2) noexcept {
-  const float t = h.x * h.x + h.y * h.y + alpha2 * h.z * h.z;
-  return alpha2 / (kPi * t * t);
-}
+// Mean of entering_share over the directions of a hemisphere, weighted with the cosine.
+constexpr float kMeanEnteringShare = 20.0f / 21.0f;
 
 }  // namespace
 
@@ -83,6 +60,13 @@ Bsdf::Bsdf(const MaterialDescription& material) {
     specular_ = phong->specular;
     exponent_ = phong->exponent;
     glossy_probability_ = phong_share(specular_, diffuse_);
+  } else if (const auto* coated = std::get_if<MetallicRoughnessMaterial>(&material.model)) {
+    type_ = BsdfType::MetallicRoughness;
+    metallic_roughness_ = *coated;
+    set_metallic_roughness(*coated);
+  } else if (const auto* mirror = std::get_if<MirrorMaterial>(&material.model)) {
+    type_ = BsdfType::Mirror;
+    specular_ = mirror->reflectance;
   } else {
     PN_CHECK(std::holds_alternative<MixtureMaterial>(material.model), "the material is supported");
     const auto& mixture = std::get<MixtureMaterial>(material.model);
@@ -96,69 +80,104 @@ Bsdf::Bsdf(const MaterialDescription& material) {
   }
 }
 
+// Diffuse base: (1 - m) c (1 - F0)/pi e(cos_i) e(cos_o) with e the share of light that Schlick's
+// term lets enter, beyond F0. Reciprocal; its albedo is 20/21 (1 - m) c (1 - F(cos_o)), and the
+// 1/21 that is missing to what a smooth coat lets in covers the rough lobe, whose albedo may exceed
+// F(cos_o). The idea is that of Ashikhmin and Shirley 2000, "An anisotropic Phong BRDF model",
+// section 3, here without the normalisation by 21/20: with it, rough coats would gain energy.
+void Bsdf::set_metallic_roughness(const MetallicRoughnessMaterial& material) noexcept {
+  constexpr float kDielectric = 0.04f;  // F0 of an index of refraction of 1.5
+  const float base = 1.0f - material.metallic;
+  specular_ = Rgb(kDielectric * base) + material.base_color * material.metallic;
+  diffuse_ = material.base_color * base * (Rgb(1.0f) - specular_);
+  alpha_ = std::max(kMinAlpha, material.roughness * material.roughness);
+}
+
 bool Bsdf::is_black() const noexcept {
+  // A metal of base colour 0 still reflects at grazing angles.
+  if (type_ == BsdfType::MetallicRoughness) return false;
   return penumbra::is_black(diffuse_) && penumbra::is_black(specular_);
 }
 
-BoundBsdf::BoundBsdf(const Bsdf& bsdf, const Vec3& wo_local) noexcept : bsdf_(bsdf), wo_(wo_local) {
+BoundBsdf::BoundBsdf(const Bsdf& bsdf, const Vec3& wo_local) noexcept
+    : bsdf_(bsdf), wo_(wo_local), glossy_probability_(bsdf.glossy_probability_) {
   const float alpha2 = bsdf.alpha_ * bsdf.alpha_;
   lambda_o_ = std::sqrt(alpha2 + (1.0f - alpha2) * wo_.z * wo_.z);
   if (bsdf.has_glossy()) {
     stretched_ = Vec3(bsdf.alpha_ * wo_.x, bsdf.alpha_ * wo_.y, wo_.z).normalized();
   }
+  if (bsdf.type_ == BsdfType::MetallicRoughness) {
+    // At grazing angles a coat reflects nearly all light, at normal incidence nearly none.
+    const Rgb fresnel = bsdf.specular_ + (Rgb(1.0f) - bsdf.specular_) * schlick_share(wo_.z);
+    const Rgb diffuse = bsdf.diffuse_ * (kMeanEnteringShare * entering_share(wo_.z));
+    glossy_probability_ = penumbra::is_black(diffuse) ? 1.0f : glossy_share(fresnel, diffuse);
+  }
 }
 
-// The glossy lobe at the point, by value: loops over lanes keep it in registers.
-struct BoundBsdf::Glossy {
-  Vec3 wo, stretched;
-  float alpha, alpha2, lambda_o;
-
-  struct Value {
-    float f_cos;  // without Fresnel and tint
-    float pdf_w;
-    float cosine;  // between wo and the microfacet's normal
-  };
-
-  Value evaluate(const Vec3& wi) const noexcept {
-    const Vec3 sum = wo + wi;
-    // Directions opposite to rounding have no half vector, and no microfacet reflects one into the
-    // other.
-    const float length2 = dot(sum, sum);
-    const Vec3 h = sum * (1.0f / std::sqrt(length2));
-    const float lambda_i = std::sqrt(alpha2 + (1.0f - alpha2) * wi.z * wi.z);
-    const float d = length2 > 0.0f ? ggx(h, alpha2) : 0.0f;
-    // Height-correlated Smith masking-shadowing over 4 cos_o cos_i, times cos_i; nothing is divided
-    // by a cosine. Source: Heitz 2014, "Understanding the masking-shadowing function", eq. 99.
-    const float visibility_cos = 0.5f * wi.z / (wi.z * lambda_o + wo.z * lambda_i);
-    // Visible normals: D G1(wo)/(4 cos_o), with cos_o cancelled.
-    // The order of min's arguments turns the cosine of a missing h into 1.
-    return {d * visibility_cos, d / (2.0f * (wo.z + lambda_o)), std::min(1.0f, dot(wo, h))};
-  }
-
-  // Source: Dupuy and Benyoub 2023, "Sampling visible GGX normals with spherical caps".
-  Vec3 sample(float u, float v) const noexcept {
-    const float depth = v * (1.0f + stretched.z);  // 1 - z, for z uniform over (-stretched.z, 1]
-    const float sin_theta = std::sqrt(std::max(0.0f, depth * (2.0f - depth)));
-    const SinCos phi = sincos_turns(u);
-    const Vec3 cap(sin_theta * phi.cosine, sin_theta * phi.sine, 1.0f - depth);
-    const Vec3 h_std = cap + stretched;
-    const Vec3 h(alpha * h_std.x, alpha * h_std.y, std::max(h_std.z, 0.0f));
-    // 2 (wo.n) n - wo for the normal n along h; a null h gives no number, which is not above the
-    // horizon.
-    return h * (2.0f * dot(wo, h) / dot(h, h)) - wo;
-  }
-};
-
-BoundBsdf::Glossy BoundBsdf::glossy() const noexcept {
+GlossyLobe BoundBsdf::glossy() const noexcept {
   return {wo_, stretched_, bsdf_.alpha_, bsdf_.alpha_ * bsdf_.alpha_, lambda_o_};
 }
 
+// The metallic-roughness surface at the point, by value as the glossy lobe.
+struct BoundBsdf::Coat {
+  GlossyLobe lobe;
+  float p;           // share of the glossy lobe in sampling
+  float entering_o;  // entering_share of wo, over pi
+
+  struct Value {
+    float share;     // schlick_share at the microfacet
+    float lobe_cos;  // glossy f cos without Fresnel
+    float base_cos;  // diffuse f cos without its colour
+    float pdf_w;
+  };
+
+  Value evaluate(const Vec3& wi) const noexcept {
+    const GlossyLobe::Value value = lobe.evaluate(wi);
+    return {schlick_share(value.cosine), value.f_cos, entering_o * entering_share(wi.z) * wi.z,
+            p * value.pdf_w + (1.0f - p) * (wi.z * kInvPi)};
+  }
+
+  // One channel of f cos.
+  static float f_cos(const Value& value, float f0, float base) noexcept {
+    return (f0 + (1.0f - f0) * value.share) * value.lobe_cos + base * value.base_cos;
+  }
+};
+
+BoundBsdf::Coat BoundBsdf::coat() const noexcept {
+  return {glossy(), glossy_probability_, entering_share(wo_.z) * kInvPi};
+}
+
+BsdfValue BoundBsdf::evaluate_coat(const Vec3& wi) const noexcept {
+  const Coat::Value value = coat().evaluate(wi);
+  const Rgb f0 = bsdf_.specular_;
+  const Rgb base = bsdf_.diffuse_;
+  return {{Coat::f_cos(value, f0.x, base.x), Coat::f_cos(value, f0.y, base.y),
+           Coat::f_cos(value, f0.z, base.z)},
+          value.pdf_w};
+}
+
+void BoundBsdf::evaluate_coat(const VectorBlock& wi, std::size_t count,
+                              VectorBlock& __restrict f_cos,
+                              Block<float>& __restrict pdf) const noexcept {
+  const Coat surface = coat();
+  const Rgb f0 = bsdf_.specular_;
+  const Rgb base = bsdf_.diffuse_;
+  for (std::size_t i = 0; i < whole_groups(count); ++i) {
+    const Coat::Value value = surface.evaluate(wi[i]);
+    f_cos.x[i] = Coat::f_cos(value, f0.x, base.x);
+    f_cos.y[i] = Coat::f_cos(value, f0.y, base.y);
+    f_cos.z[i] = Coat::f_cos(value, f0.z, base.z);
+    pdf[i] = value.pdf_w;
+  }
+}
+
 BsdfValue BoundBsdf::evaluate(const Vec3& wi) const noexcept {
-  if (!(wi.z > 0.0f)) return {};
+  if (!(wi.z > 0.0f) || bsdf_.is_delta()) return {};
   const float cosine_pdf = wi.z * kInvPi;
   if (bsdf_.type_ == BsdfType::Lambert) return {bsdf_.diffuse_ * cosine_pdf, cosine_pdf};
   if (bsdf_.type_ == BsdfType::Phong) return evaluate_phong(wi);
-  const Glossy::Value lobe = glossy().evaluate(wi);
+  if (bsdf_.type_ == BsdfType::MetallicRoughness) return evaluate_coat(wi);
+  const GlossyLobe::Value lobe = glossy().evaluate(wi);
   const Rgb fresnel = conductor_fresnel(lobe.cosine, bsdf_.eta_, bsdf_.k_);
   const float p = bsdf_.glossy_probability_;
   return {bsdf_.specular_ * fresnel * lobe.f_cos + bsdf_.diffuse_ * cosine_pdf,
@@ -187,12 +206,20 @@ void BoundBsdf::evaluate(const VectorBlock& wi, std::size_t count, VectorBlock& 
     }
     return;
   }
-  const Glossy lobe = glossy();
+  if (bsdf_.type_ == BsdfType::MetallicRoughness) return evaluate_coat(wi, count, f_cos, pdf);
+  if (bsdf_.is_delta()) {
+    for (std::size_t i = 0; i < lanes; ++i) {
+      f_cos.x[i] = f_cos.y[i] = f_cos.z[i] = 0.0f;
+      pdf[i] = 0.0f;
+    }
+    return;
+  }
+  const GlossyLobe lobe = glossy();
   const float p = bsdf_.glossy_probability_;
   Block<float> lobe_cos;
   Block<float> cosine;
   for (std::size_t i = 0; i < lanes; ++i) {
-    const Glossy::Value value = lobe.evaluate(wi[i]);
+    const GlossyLobe::Value value = lobe.evaluate(wi[i]);
     lobe_cos[i] = value.f_cos;
     cosine[i] = value.cosine;
     pdf[i] = p * value.pdf_w + (1.0f - p) * (wi.z[i] * kInvPi);
@@ -230,7 +257,8 @@ BsdfValue BoundBsdf::evaluate_phong(const Vec3& wi) const noexcept {
 }
 
 std::optional<Vec3> BoundBsdf::sample(const Variates& variates) const noexcept {
-  const bool is_glossy = variates.choice < bsdf_.glossy_probability_;
+  if (bsdf_.is_delta()) return std::nullopt;
+  const bool is_glossy = variates.choice < glossy_probability_;
   Vec3 wi;
   if (!is_glossy) {
     wi = sample_cosine_hemisphere(variates.u);
@@ -251,7 +279,11 @@ void BoundBsdf::sample(const VariateBlock& variates, std::size_t count, std::siz
     return;
   }
   const std::size_t lanes = whole_groups(count);
-  const float p = bsdf_.glossy_probability_;
+  if (bsdf_.is_delta()) {
+    for (std::size_t i = at; i < at + lanes; ++i) wi.x[i] = wi.y[i] = wi.z[i] = 0.0f;
+    return;
+  }
+  const float p = glossy_probability_;
   if (p < 1.0f) {
     for (std::size_t i = 0; i < lanes; ++i) {
       const Vec3 w = sample_cosine_hemisphere({variates.x[i], variates.y[i]});
@@ -261,7 +293,7 @@ void BoundBsdf::sample(const VariateBlock& variates, std::size_t count, std::siz
     }
   }
   if (!(p > 0.0f)) return;
-  const Glossy lobe = glossy();
+  const GlossyLobe lobe = glossy();
   const float threshold = p < 1.0f ? p : 2.0f;  // a lone lobe is given no choice
   for (std::size_t i = 0; i < lanes; ++i) {
     const Vec3 w = lobe.sample(variates.x[i], variates.y[i]);
@@ -302,6 +334,15 @@ Bsdf Bsdf::with(const SurfaceValues& values) const noexcept {
       bsdf.alpha_ = scaled_alpha;
       bsdf.glossy_probability_ =
           glossy_share(specular_ * conductor_fresnel(1.0f, eta_, k_), bsdf.diffuse_);
+      break;
+    case BsdfType::MetallicRoughness:
+      bsdf.metallic_roughness_.base_color *= values.reflectance;
+      bsdf.metallic_roughness_.metallic *= values.metallic;
+      bsdf.metallic_roughness_.roughness *= values.roughness;
+      bsdf.set_metallic_roughness(bsdf.metallic_roughness_);
+      break;
+    case BsdfType::Mirror:
+      bsdf.specular_ *= values.reflectance;
       break;
   }
   return bsdf;

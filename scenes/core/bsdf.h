@@ -13,7 +13,16 @@
 /// unit vectors.
 namespace penumbra {
 
-enum class BsdfType : std::uint8_t { Lambert, Conductor, Phong, Mixture };
+enum class BsdfType : std::uint8_t {
+  Lambert,
+  Conductor,
+  Phong,
+  Mixture,
+  MetallicRoughness,
+  Mirror,  ///< no function of directions: neither evaluated nor sampled
+};
+
+struct GlossyLobe;
 
 /// Value and density of one direction, found together because they share most of their work.
 struct BsdfValue {
@@ -32,8 +41,14 @@ class Bsdf {
   /// Smallest GGX alpha of its lobes; 1 where there is no glossy lobe.
   float min_alpha() const noexcept { return has_glossy() ? alpha_ : 1.0f; }
   bool has_glossy() const noexcept {
-    return type_ == BsdfType::Conductor || type_ == BsdfType::Mixture;
+    return type_ == BsdfType::Conductor || type_ == BsdfType::Mixture ||
+           type_ == BsdfType::MetallicRoughness;
   }
+  /// Whether all light is reflected along the mirrored direction, `BoundBsdf::mirrored`. `evaluate`
+  /// then gives 0 and `sample` no direction.
+  bool is_delta() const noexcept { return type_ == BsdfType::Mirror; }
+  /// Share of the radiance along the mirrored direction that is reflected; 0 unless `is_delta`.
+  Rgb delta_reflectance() const noexcept { return is_delta() ? specular_ : Rgb(0.0f); }
 
   /// The material where its textures have these values. Values of 1 change no bit.
   Bsdf with(const SurfaceValues& values) const noexcept;
@@ -41,13 +56,17 @@ class Bsdf {
  private:
   friend class BoundBsdf;
 
+  void set_metallic_roughness(const MetallicRoughnessMaterial& material) noexcept;
+
   BsdfType type_;
   Rgb diffuse_{0.0f};   // reflectance of the diffuse lobe, weight included
-  Rgb specular_{0.0f};  // tint of the glossy or Phong lobe, weight included
+  Rgb specular_{0.0f};  // tint of the glossy or Phong lobe, weight included; F0 of
+                        // metallic-roughness; reflectance of a mirror
   Rgb eta_{1.0f}, k_{0.0f};
   float alpha_{1.0f};
   float exponent_{1.0f};
-  float glossy_probability_{0.0f};  // share of the glossy lobe in sampling
+  float glossy_probability_{0.0f};                  // share of the glossy lobe in sampling
+  MetallicRoughnessMaterial metallic_roughness_{};  // as described; textures are factors on it
 };
 
 /// A Bsdf with its outgoing direction fixed: what one estimate evaluates and samples many times.
@@ -73,21 +92,29 @@ class BoundBsdf {
               VectorBlock& wi_local) const noexcept;
 
   /// `sample` takes the glossy lobe where `Variates::choice` is below this.
-  float glossy_probability() const noexcept { return bsdf_.glossy_probability_; }
+  float glossy_probability() const noexcept { return glossy_probability_; }
 
   /// Whether `sample` reads `Variates::choice`.
   bool uses_choice() const noexcept {
     return glossy_probability() > 0.0f && glossy_probability() < 1.0f;
   }
 
+  /// The direction that a mirror reflects to wo, local.
+  Vec3 mirrored() const noexcept { return {-wo_.x, -wo_.y, wo_.z}; }
+
  private:
-  struct Glossy;
-  Glossy glossy() const noexcept;
+  GlossyLobe glossy() const noexcept;
+  struct Coat;
+  Coat coat() const noexcept;
+  BsdfValue evaluate_coat(const Vec3& wi) const noexcept;
+  void evaluate_coat(const VectorBlock& wi, std::size_t count, VectorBlock& f_cos,
+                     Block<float>& pdf) const noexcept;
   BsdfValue evaluate_phong(const Vec3& wi) const noexcept;
   Vec3 sample_phong(const Vec2& u) const noexcept;
 
   Bsdf bsdf_;
   Vec3 wo_;
+  float glossy_probability_;
   Vec3 stretched_{0.0f, 0.0f, 1.0f};  // wo in the space where the microfacets are a hemisphere
   float lambda_o_{
       0};  // sqrt(alpha^2 + (1 - alpha^2) cos^2(theta_o)), shared by masking and density

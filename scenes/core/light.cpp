@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "scenes/core/frame.h"
 #include "scenes/core/warp.h"
@@ -30,6 +31,17 @@ float intersect_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3
   return std::max(dot(e2, q) * inv_det, 0.0f);
 }
 
+// Share of a spot light's intensity that leaves it against wi: the square of the linear share of
+// cosines between the outer and the inner angle. 1 - cos comes from the chord, which keeps its
+// digits next to the axis. Source: glTF extension KHR_lights_punctual, "Inner and Outer Cone
+// Angles".
+double spot_falloff(const Light& light, const Vec3d& wi) noexcept {
+  const double depth = 0.5 * (wi + light.axis).length2();
+  const double share = (light.outer_depth - depth) / (light.outer_depth - light.inner_depth);
+  const double clamped = std::clamp(share, 0.0, 1.0);
+  return clamped * clamped;
+}
+
 // Largest signed distance of a box's corners over the plane through `from`.
 float highest_corner(const Light& light, const Vec3& from, const Vec3& normal) noexcept {
   float height = 0.0f;
@@ -44,6 +56,18 @@ float highest_corner(const Light& light, const Vec3& from, const Vec3& normal) n
 
 std::string_view to_string(LightSampling sampling) {
   return sampling == LightSampling::Area ? "area" : "solid_angle";
+}
+
+// A triangle faces the point when dot(n, v) > 0 for its normal n and the vector v from one of its
+// points to the point. Split along the axis, n = cos(b) axis + sin(b) across with an angle b up to
+// the bound: dot(n, v) <= cos(b) height + sin(b) |v|, which grows with b where the height of the
+// point over the lowest vertex is negative.
+bool NormalBounds::all_face_away_from(const Vec3& point, double farthest_vertex) const noexcept {
+  if (!(cosine > 0.0)) return false;
+  const double height = axis.dot(Vec3d(point)) - lowest;
+  // What float normals and positions may be off by.
+  const double rounding = 4e-7 * (farthest_vertex + std::abs(lowest));
+  return cosine * height + sine * farthest_vertex < -rounding;
 }
 
 bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec3& from,
@@ -61,12 +85,13 @@ bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec
     case LightType::Sphere:
       return dot(normal, light.center - from) + light.radius > 0.0f && set_up_sphere();
     case LightType::Mesh:
-      mode_ = Mode::Mesh;
-      return highest_corner(light, from, normal) > 0.0f;
+      return set_up_mesh(normal);
     case LightType::Environment:
       mode_ = Mode::Environment;
       return !light.environment.black();
     case LightType::Point:
+    case LightType::Spot:
+    case LightType::Directional:
       break;  // no density: sample_delta
   }
   return false;
@@ -74,13 +99,21 @@ bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec
 
 std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
                                         const Vec3& normal) noexcept {
+  if (light.type == LightType::Directional) {
+    const Vec3 wi(-light.axis);
+    if (!(dot(wi, normal) > 0.0f)) return std::nullopt;
+    return DeltaSample{wi, std::numeric_limits<float>::infinity(), light.irradiance};
+  }
   // In double, whose range holds the square of every length in float.
   const Vec3d to_light = Vec3d(light.center) - Vec3d(from);
   if (!(to_light.dot(Vec3d(normal)) > 0.0)) return std::nullopt;
   const double distance2 = to_light.dot(to_light);
   const double distance = std::sqrt(distance2);
-  return DeltaSample{Vec3(to_light / distance), static_cast<float>(distance),
-                     Rgb(Vec3(light.intensity / distance2))};
+  const Vec3d wi = to_light / distance;
+  const double falloff = light.type == LightType::Spot ? spot_falloff(light, wi) : 1.0;
+  if (!(falloff > 0.0)) return std::nullopt;
+  return DeltaSample{Vec3(wi), static_cast<float>(distance),
+                     Rgb(Vec3(light.intensity / distance2 * falloff))};
 }
 
 bool LightProposal::set_up_rectangle(LightSampling sampling) noexcept {
@@ -149,6 +182,31 @@ bool LightProposal::set_up_sphere() noexcept {
   axis_ = to_center / std::sqrt(distance2);
   pdf_constant_ = uniform_cone_pdf_w(one_minus_cos_);
   return one_minus_cos_ > 0.0f && std::isfinite(pdf_constant_);
+}
+
+bool LightProposal::set_up_mesh(const Vec3& normal) noexcept {
+  const Light& light = *light_;
+  mode_ = Mode::Mesh;
+  if (!(highest_corner(light, from_, normal) > 0.0f)) return false;
+  const Vec3d low(light.bounds_min);
+  const Vec3d high(light.bounds_max);
+  const Vec3d to_middle = (low + high) * 0.5 - Vec3d(from_);
+  const double distance = to_middle.length();
+  const double radius = 0.5 * (high - low).length() * (1.0 + 1e-6);
+  if (!light.two_sided && light.normal_bounds.all_face_away_from(from_, distance + radius)) {
+    return false;
+  }
+  // The cone of directions that can meet the mesh, a little wider than the rounding of a direction.
+  const double sine = radius / distance;
+  if (!(sine < 1.0)) {
+    axis_ = Vec3(0.0f, 0.0f, 1.0f);
+    one_minus_cos_ = 3.0f;
+    return true;
+  }
+  axis_ = Vec3(to_middle / distance);
+  const double depth = sine * sine / (1.0 + std::sqrt(1.0 - sine * sine));
+  one_minus_cos_ = static_cast<float>(depth * (1.0 + 1e-5) + 1e-6 * std::sqrt(depth) + 1e-12);
+  return true;
 }
 
 // The rectangle as seen from the point, by value: loops over lanes keep it in registers.
@@ -295,7 +353,15 @@ float LightProposal::pdf_w(const Vec3& wi) const noexcept {
 
 float LightProposal::mesh_pdf_w(const Vec3& wi) const noexcept {
   const Light& light = *light_;
+  if ((wi - axis_).length2() > 2.0f * one_minus_cos_) return 0.0f;
   double sum = 0.0;
+  if (light.crossings != nullptr) {
+    light.crossings->visit_crossings(from_, wi, [&](float t, const Vec3& n) {
+      const float slope = std::abs(dot(n, wi));
+      if (slope > 0.0f) sum += static_cast<double>(t * t * n.length() / slope);
+    });
+    return static_cast<float>(sum / light.area);
+  }
   for (std::size_t i = 0; i + 2 < light.vertices.size(); i += 3) {
     const Vec3 a = light.vertices[i] - from_;
     const Vec3 b = light.vertices[i + 1] - from_;

@@ -8,6 +8,7 @@
 #include "scenes/core/block.h"
 #include "scenes/core/distribution.h"
 #include "scenes/core/environment.h"
+#include "scenes/core/ray_batch.h"
 #include "scenes/core/sampler.h"
 #include "scenes/core/vec.h"
 
@@ -20,6 +21,8 @@ enum class LightType : std::uint8_t {
   Mesh,
   Environment,  ///< light from infinitely far away, where a ray meets nothing
   Point,        ///< a position: no direction sampling can find it
+  Spot,         ///< a position that shines into a cone
+  Directional,  ///< one direction, from infinitely far away
 };
 
 /// How a direction towards a light is drawn where there is a choice.
@@ -31,28 +34,50 @@ enum class LightSampling : std::uint8_t {
 
 std::string_view to_string(LightSampling sampling);
 
+/// Bounds of a mesh's geometric normals, and of the mesh along their axis.
+struct NormalBounds {
+  Vec3d axis{0.0};      ///< unit
+  double cosine{-1.0};  ///< of the largest angle between the axis and a normal; <= 0: no bounds
+  double sine{0.0};
+  double lowest{0.0};  ///< smallest coordinate of a vertex along the axis
+
+  /// Whether every triangle certainly turns its back to a point.
+  bool all_face_away_from(const Vec3& point, double farthest_vertex) const noexcept;
+};
+
 /// One light in scene space; immutable after loading. Emission is constant over a shape's surface.
 struct Light {
   LightType type{LightType::Rectangle};
   bool two_sided{false};
   std::string name;
   Rgb radiance{0.0f};    ///< of shapes [W/(m^2 sr)]
-  Vec3d intensity{0.0};  ///< of a point light, RGB: irradiance x distance^2 in scene units; double,
-                         ///< because the square of a scale can leave the range of float
+  Rgb irradiance{0.0f};  ///< of a directional light, on a surface that faces it [W/m^2]
+  Vec3d intensity{0.0};  ///< of point and spot, RGB: irradiance x distance^2 in scene units;
+                         ///< double, because the square of a scale can leave the range of float
   double area{0.0};      ///< of shapes, in scene units squared
 
   Vec3 origin{0.0f}, edge_u{0.0f}, edge_v{0.0f};  ///< rectangle: corner and perpendicular edges
   Vec3 normal{0.0f};                              ///< rectangle: unit, edge_u x edge_v
-  Vec3 center{0.0f};                              ///< sphere, point
+  Vec3 center{0.0f};                              ///< sphere, point, spot
   float radius{0.0f};                             ///< sphere
   std::vector<Vec3> vertices;                     ///< mesh: three per triangle
   DiscreteDistribution triangle_areas;            ///< mesh
-  Environment environment;                        ///< environment
-  Vec3 bounds_min{0.0f}, bounds_max{0.0f};        ///< box around the shape; unused at infinity
+  NormalBounds normal_bounds;                     ///< mesh
+  /// Mesh of many triangles: its own ray scene, which finds all crossings of a ray; owned by the
+  /// Scene. nullptr: few triangles, all are tried.
+  const RayScene* crossings{nullptr};
+  Environment environment;  ///< environment
+  Vec3d axis{0.0};          ///< spot, directional: unit, in which the light travels
+  /// Spot: 1 - cos of the half angles of the undimmed part and of the whole cone. Not the cosines,
+  /// which have no digits left for narrow cones.
+  double inner_depth{0.0}, outer_depth{0.0};
+  Vec3 bounds_min{0.0f}, bounds_max{0.0f};  ///< box around the shape; unused at infinity
 
   /// Whether the light has no density over directions. Estimators then add its radiance apart from
   /// everything they sample (`sample_delta`), with one ray.
-  bool is_delta() const noexcept { return type == LightType::Point; }
+  bool is_delta() const noexcept {
+    return type == LightType::Point || type == LightType::Spot || type == LightType::Directional;
+  }
 
   /// Radiance that arrives along a ray of unit direction `wi` that ends at this light's emitting
   /// side [W/(m^2 sr)].
@@ -67,15 +92,16 @@ struct Light {
   }
 };
 
-/// The one direction towards a light without extent.
+/// The one direction towards a delta light.
 struct DeltaSample {
   Vec3 wi{0.0f};         ///< unit
-  float distance{0.0f};  ///< a ray that meets nothing nearer sees the light
+  float distance{0.0f};  ///< a ray that meets nothing nearer sees the light; may be infinite
   Rgb irradiance{0.0f};  ///< on a surface that faces wi, without occlusion [W/m^2]
 };
 
 /// @param normal  geometric normal on the side of the viewer
-/// @return nullopt where the light is not above the horizon, or is at `from` itself
+/// @return nullopt where the light is not above the horizon, is at `from` itself, or `from` is
+///         outside a spot light's cone
 std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
                                         const Vec3& normal) noexcept;
 
@@ -132,6 +158,7 @@ class LightProposal {
 
   bool set_up_rectangle(LightSampling sampling) noexcept;
   bool set_up_sphere() noexcept;
+  bool set_up_mesh(const Vec3& normal) noexcept;
   LightSample sample_rectangle_angle(const Vec2& u) const noexcept;
   float mesh_pdf_w(const Vec3& wi) const noexcept;
 
@@ -151,7 +178,7 @@ class LightProposal {
   double b0_{0}, b1_{0}, k_{0}, solid_angle_{0};
   float pdf_constant_{0};  // 1/solid angle, of the rectangle or the sphere's cone
 
-  // Sphere.
+  // Sphere, and for a mesh the sphere around its box.
   Vec3 axis_{0.0f};  // unit, towards the centre
   float one_minus_cos_{0};
 };

@@ -72,7 +72,13 @@ class HitFilter {
 /// Geometry and closest-hit queries: the one place that knows Embree. Works with Embree 3 and 4.
 class RayScene {
  public:
-  RayScene();
+  /// What the scene is asked for.
+  enum class Query : std::uint8_t {
+    Closest,    ///< `intersect`
+    Crossings,  ///< `visit_crossings`
+  };
+
+  explicit RayScene(Query query = Query::Closest);
   ~RayScene();
   RayScene(const RayScene&) = delete;
   RayScene& operator=(const RayScene&) = delete;
@@ -103,6 +109,20 @@ class RayScene {
   /// where the surface has none.
   Vec3 subdivision_normal(const RayHit& hit) const noexcept;
 
+  /// Calls visit(distance, normal) for every triangle that a ray crosses beyond its origin, in no
+  /// particular order; the normal is geometric and has any length. From any number of threads,
+  /// without allocation. Only with Query::Crossings.
+  /// @param direction  unit
+  template <typename Visit>
+  void visit_crossings(const Vec3& origin, const Vec3& direction, Visit visit) const noexcept {
+    for_each_crossing(
+        origin, direction,
+        [](void* self, float distance, const Vec3& normal) {
+          (*static_cast<Visit*>(self))(distance, normal);
+        },
+        &visit);
+  }
+
   /// Bytes of the acceleration structure and geometry, as Embree reports its allocations.
   std::size_t memory_bytes() const noexcept;
 
@@ -110,6 +130,10 @@ class RayScene {
   static std::string version();
 
  private:
+  using VisitCrossing = void (*)(void* self, float distance, const Vec3& normal);
+  void for_each_crossing(const Vec3& origin, const Vec3& direction, VisitCrossing visit,
+                         void* self) const noexcept;
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -38,6 +38,44 @@ struct IntersectCall {
 #endif
 };
 
+// What a query for crossings hands to the filter function. Its first member is what Embree passes
+// on.
+struct CrossingContext {
+#if PENUMBRA_EMBREE_MAJOR >= 4
+  RTCRayQueryContext context;
+  CrossingContext() noexcept { rtcInitRayQueryContext(&context); }
+#else
+  RTCIntersectContext context;
+  CrossingContext() noexcept { rtcInitIntersectContext(&context); }
+#endif
+  void (*visit)(void* self, float distance, const Vec3& normal){nullptr};
+  void* self{nullptr};
+
+  void trace(RTCScene scene, RTCRayHit* ray) noexcept {
+#if PENUMBRA_EMBREE_MAJOR >= 4
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = &context;
+    rtcIntersect1(scene, ray, &arguments);
+#else
+    rtcIntersect1(scene, &context, ray);
+#endif
+  }
+};
+
+// Tells of a hit and rejects it, so that the ray goes on to the next.
+void report_crossing(const RTCFilterFunctionNArguments* call) {
+  auto* query = static_cast<CrossingContext*>(static_cast<void*>(call->context));
+  const unsigned int n = call->N;
+  for (unsigned int i = 0; i < n; ++i) {
+    if (call->valid[i] == 0) continue;
+    call->valid[i] = 0;
+    query->visit(query->self, RTCRayN_tfar(call->ray, n, i),
+                 Vec3(RTCHitN_Ng_x(call->hit, n, i), RTCHitN_Ng_y(call->hit, n, i),
+                      RTCHitN_Ng_z(call->hit, n, i)));
+  }
+}
+
 void throw_embree_error(void*, RTCError code, const char* message) {
   throw RunError("Embree error " + std::to_string(static_cast<int>(code)) + ": " +
                  (message != nullptr ? message : ""));
@@ -62,6 +100,7 @@ void filter_hits(const RTCFilterFunctionNArguments* arguments) {
 struct RayScene::Impl {
   RTCDevice device{nullptr};
   RTCScene scene{nullptr};
+  Query query{Query::Closest};
   std::uint32_t geometries{0};
   bool committed{false};
   std::atomic<std::ptrdiff_t> bytes{0};
@@ -73,6 +112,9 @@ struct RayScene::Impl {
 
   std::uint32_t attach(RTCGeometry geometry) {
     PN_CHECK(!committed, "geometry is added before commit");
+    if (query == Query::Crossings) {
+      rtcSetGeometryIntersectFilterFunction(geometry, report_crossing);
+    }
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene, geometry, geometries);
     rtcReleaseGeometry(geometry);
@@ -111,7 +153,8 @@ struct RayScene::Impl {
   }
 };
 
-RayScene::RayScene() : impl_(std::make_unique<Impl>()) {
+RayScene::RayScene(Query query) : impl_(std::make_unique<Impl>()) {
+  impl_->query = query;
   impl_->device = rtcNewDevice(nullptr);
   if (impl_->device == nullptr) {
     throw RunError("Embree device creation failed, error " +
@@ -217,6 +260,25 @@ Vec3 RayScene::subdivision_normal(const RayHit& hit) const noexcept {
   rtcInterpolate1(rtcGetGeometry(impl_->scene, hit.geometry), hit.primitive, hit.u, hit.v,
                   RTC_BUFFER_TYPE_VERTEX, 0, position, along_u, along_v, 3);
   return cross(Vec3(along_u[0], along_u[1], along_u[2]), Vec3(along_v[0], along_v[1], along_v[2]));
+}
+
+void RayScene::for_each_crossing(const Vec3& origin, const Vec3& direction, VisitCrossing visit,
+                                 void* self) const noexcept {
+  PN_ASSERT(impl_->committed && impl_->query == Query::Crossings);
+  RTCRayHit ray;
+  ray.ray.org_x = origin.x, ray.ray.org_y = origin.y, ray.ray.org_z = origin.z;
+  ray.ray.dir_x = direction.x, ray.ray.dir_y = direction.y, ray.ray.dir_z = direction.z;
+  ray.ray.tnear = 0.0f;
+  ray.ray.tfar = std::numeric_limits<float>::infinity();
+  ray.ray.time = 0.0f;
+  ray.ray.mask = 0xffffffffu;
+  ray.ray.flags = 0;
+  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  CrossingContext query;
+  query.visit = visit;
+  query.self = self;
+  query.trace(impl_->scene, &ray);
 }
 
 std::size_t RayScene::memory_bytes() const noexcept {

@@ -76,6 +76,12 @@ Scene::Scene(const SceneDescription& description)
   for (const PointLightDescription& light : scene.point_lights) {
     lights_.push_back(make_light(light, traits_.diagonal));
   }
+  for (const SpotLightDescription& light : scene.spot_lights) {
+    lights_.push_back(make_light(light, traits_.diagonal));
+  }
+  for (const DirectionalLightDescription& light : scene.directional_lights) {
+    lights_.push_back(make_light(light));
+  }
   if (scene.environment) {
     environment_light_ = static_cast<std::int32_t>(lights_.size());
     lights_.push_back(make_light(*scene.environment));
@@ -93,7 +99,11 @@ void Scene::add_shape(const ShapeDescription& shape) {
   if (filter != nullptr) ++traits_.masked_shapes;
   if (shape.emission) {
     geometry.light = static_cast<std::int32_t>(lights_.size());
-    lights_.push_back(make_light(shape, geometry));
+    Light& light = lights_.emplace_back(make_light(shape, geometry));
+    if (auto crossings = make_crossings(light)) {
+      light.crossings = crossings.get();
+      light_crossings_.push_back(std::move(crossings));
+    }
   }
   if (geometry.subdivision_level > 0) {
     rays_.add_subdivision(geometry.vertices, geometry.face_sizes, geometry.indices,
@@ -118,6 +128,8 @@ void Scene::work_out_traits(const SceneDescription& scene) {
     if (light.type == LightType::Sphere) ++traits_.sphere_lights;
     if (light.type == LightType::Mesh) ++traits_.mesh_lights;
     if (light.type == LightType::Point) ++traits_.point_lights;
+    if (light.type == LightType::Spot) ++traits_.spot_lights;
+    if (light.type == LightType::Directional) ++traits_.directional_lights;
   }
   traits_.has_environment = environment_light_ != kNoLight;
   traits_.materials = scene.materials.size();

@@ -22,7 +22,8 @@ struct SceneTraits {
   std::size_t triangles{0};  ///< that rays meet, see traced_triangles
   std::size_t spheres{0};
   std::size_t materials{0};
-  std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0}, point_lights{0};
+  std::size_t rectangle_lights{0}, sphere_lights{0}, mesh_lights{0};
+  std::size_t point_lights{0}, spot_lights{0}, directional_lights{0};
   bool has_environment{false};
   bool all_diffuse{true};  ///< no glossy or Phong lobe anywhere
   float min_alpha{1.0f};   ///< sharpest GGX lobe; textures of roughness can sharpen it further
@@ -41,7 +42,8 @@ struct SceneTraits {
 /// lengths reported to the user are divided by `traits().scale`.
 class Scene {
  public:
-  /// @throws InputError when there is nothing to render, or a point light is too far away for float
+  /// @throws InputError when there is nothing to render, or a point or spot light is too far away
+  ///         for float
   explicit Scene(const SceneDescription& description);
 
   const std::string& name() const noexcept { return name_; }
@@ -116,6 +118,7 @@ class Scene {
   std::vector<SurfaceGeometry> geometries_;
   std::unique_ptr<SceneTextures> textures_;  // nullptr where no material in use has an image
   RayScene rays_;
+  std::vector<std::unique_ptr<RayScene>> light_crossings_;  // of mesh lights of many triangles
   SceneTraits traits_;
   std::string content_hash_;
   std::int32_t environment_light_{kNoLight};

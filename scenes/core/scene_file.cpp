@@ -10,6 +10,7 @@
 
 #include "scenes/core/json_schema.h"
 #include "scenes/core/scene_file_images.h"
+#include "scenes/core/scene_file_lights.h"
 #include "scenes/core/scene_file_shapes.h"
 #include "scenes/core/scene_schema.h"
 #include "scenes/core/scene_textures.h"
@@ -24,11 +25,6 @@ namespace {
 /// Largest |cosine| of edges that count as perpendicular, and smallest sine of directions that
 /// count as different.
 constexpr double kAngleTolerance = 1e-6;
-
-Rgb read_rgb(const json& value) {
-  if (value.is_number()) return Rgb(value.get<float>());
-  return {value[0].get<float>(), value[1].get<float>(), value[2].get<float>()};
-}
 
 LambertMaterial read_lambert(const json& value) { return {read_rgb(value["reflectance"])}; }
 
@@ -57,7 +53,7 @@ class SceneReader {
       if (sound("/camera")) read_camera(root_["camera"]);
       read_materials();
       read_shapes();
-      read_point_lights();
+      read_delta_lights();
       if (sound("/environment")) read_environment(root_["environment"]);
     }
     faults_.throw_if_any();
@@ -115,6 +111,12 @@ class SceneReader {
       material.model =
           MixtureMaterial{read_lambert(value["diffuse"]), read_conductor(value["glossy"]),
                           value["glossy_weight"].get<float>()};
+    } else if (type == "metallic_roughness") {
+      material.model =
+          MetallicRoughnessMaterial{read_rgb(value["base_color"]), value["metallic"].get<float>(),
+                                    value["roughness"].get<float>()};
+    } else if (type == "mirror") {
+      material.model = MirrorMaterial{read_rgb(value["reflectance"])};
     } else {
       material.model = read_phong(value, pointer);
     }
@@ -248,23 +250,48 @@ class SceneReader {
     scene_.shapes.push_back(std::move(shape));
   }
 
-  void read_point_lights() {
-    const auto lights = root_.find("point_lights");
-    if (lights == root_.end() || !lights->is_array()) return;
-    for (std::size_t i = 0; i < lights->size(); ++i) {
-      const std::string pointer = child_pointer("/point_lights", i);
-      if (faults_.covers(pointer)) continue;
-      const json& value = (*lights)[i];
-      PointLightDescription light{value["name"].get<std::string>(), read_vector(value["position"]),
-                                  Vec3d(read_rgb(value["intensity"]))};
-      add_light_name(light.name, child_pointer(pointer, "name"));
-      if (light.intensity == Vec3d(0.0)) {
-        scene_.warnings.push_back("point light \"" + light.name +
-                                  "\" has an intensity of zero and is not a light");
-      } else {
+  void read_delta_lights() {
+    for_each_light("point_lights", [&](const json& value, const LightPlace& place) {
+      PointLightDescription light = read_point_light(value);
+      const bool lit = light.intensity != Vec3d(0.0);
+      if (is_kept("point light", light.name, lit, "intensity", place)) {
         scene_.point_lights.push_back(std::move(light));
       }
+    });
+    for_each_light("spot_lights", [&](const json& value, const LightPlace& place) {
+      SpotLightDescription light = read_spot_light(value, place, faults_);
+      const bool lit = light.intensity != Vec3d(0.0);
+      if (is_kept("spot light", light.name, lit, "intensity", place)) {
+        scene_.spot_lights.push_back(std::move(light));
+      }
+    });
+    for_each_light("directional_lights", [&](const json& value, const LightPlace& place) {
+      DirectionalLightDescription light = read_directional_light(value, place, faults_);
+      const bool lit = !is_black(light.irradiance);
+      if (is_kept("directional light", light.name, lit, "irradiance", place)) {
+        scene_.directional_lights.push_back(std::move(light));
+      }
+    });
+  }
+
+  template <typename Read>
+  void for_each_light(const char* key, Read read) {
+    const auto lights = root_.find(key);
+    if (lights == root_.end() || !lights->is_array()) return;
+    for (std::size_t i = 0; i < lights->size(); ++i) {
+      const std::string pointer = child_pointer(std::string("/") + key, i);
+      if (!faults_.covers(pointer)) read((*lights)[i], LightPlace{document_, pointer});
     }
+  }
+
+  /// Takes the light's name; warns of a light of zero, which is left out.
+  bool is_kept(const std::string& kind, const std::string& name, bool lit, const char* quantity,
+               const LightPlace& place) {
+    add_light_name(name, child_pointer(place.pointer, "name"));
+    if (lit) return true;
+    scene_.warnings.push_back(kind + " \"" + name + "\" has an " + quantity +
+                              " of zero and is not a light");
+    return false;
   }
 
   void read_environment(const json& value) {

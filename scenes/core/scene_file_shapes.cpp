@@ -169,6 +169,11 @@ Vec3d read_vector(const json& value) {
   return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
 }
 
+Rgb read_rgb(const json& value) {
+  if (value.is_number()) return Rgb(value.get<float>());
+  return {value[0].get<float>(), value[1].get<float>(), value[2].get<float>()};
+}
+
 TriangleMeshShape read_triangles(const json& value, const ShapePlace& place, DiagnosticList& faults,
                                  std::vector<std::string>& warnings) {
   TriangleMeshShape mesh;

@@ -22,6 +22,9 @@ struct ShapePlace {
 /// An array of three numbers.
 Vec3d read_vector(const nlohmann::json& value);
 
+/// An array of three numbers, or one for all three.
+Rgb read_rgb(const nlohmann::json& value);
+
 /// @param faults    indices out of range; a mesh of which nothing is left
 /// @param warnings  how many triangles without area were left out
 TriangleMeshShape read_triangles(const nlohmann::json& value, const ShapePlace& place,

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <sstream>
 
 #include "scenes/core/error.h"
@@ -9,15 +11,32 @@
 namespace penumbra {
 namespace {
 
-// Largest distance of a point light from the scene's centre [scene units].
-constexpr double kMaxPointLightDistance = 1e18;
+// Largest distance of a point or spot light from the scene's centre [scene units].
+constexpr double kMaxLightDistance = 1e18;
 
-std::string too_far(const std::string& name, double distance, double diagonal) {
-  std::ostringstream text;
-  text << "point light \"" << name << "\" is " << distance / diagonal
-       << " times the scene's diagonal away from its centre; allowed: up to "
-       << kMaxPointLightDistance / diagonal;
-  return text.str();
+// A light at a position. A direction and a distance towards it must be left in float.
+Light positioned(LightType type, const char* kind, const std::string& name, const Vec3d& position,
+                 double diagonal) {
+  const double distance = position.length();
+  if (!(distance <= kMaxLightDistance)) {
+    std::ostringstream text;
+    text << kind << " light \"" << name << "\" is " << distance / diagonal
+         << " times the scene's diagonal away from its centre; allowed: up to "
+         << kMaxLightDistance / diagonal;
+    throw InputError(text.str());
+  }
+  Light light;
+  light.type = type;
+  light.name = name;
+  light.center = Vec3(position);
+  light.bounds_min = light.bounds_max = light.center;
+  return light;
+}
+
+// 1 - cos of an angle, with all its digits for small ones.
+double depth_of(double angle_deg) {
+  const double sine = std::sin(0.5 * angle_deg * M_PI / 180.0);
+  return 2.0 * sine * sine;
 }
 
 }  // namespace
@@ -56,6 +75,7 @@ Light make_light(const ShapeDescription& shape, const SurfaceGeometry& geometry)
     }
     light.triangle_areas = DiscreteDistribution(areas);
     light.area = light.triangle_areas.total_weight();
+    light.normal_bounds = normal_bounds(light.vertices);
   }
   const Vec3 radius(light.radius);
   light.bounds_min = light.type == LightType::Sphere ? light.center - radius : geometry.vertices[0];
@@ -69,18 +89,65 @@ Light make_light(const ShapeDescription& shape, const SurfaceGeometry& geometry)
   return light;
 }
 
-Light make_light(const PointLightDescription& description, double diagonal) {
-  // A direction and a distance must be left in float.
-  const double distance = description.position.length();
-  if (!(distance <= kMaxPointLightDistance)) {
-    throw InputError(too_far(description.name, distance, diagonal));
+NormalBounds normal_bounds(const std::vector<Vec3>& vertices) {
+  const auto normal_of = [&](std::size_t i) {
+    return (Vec3d(vertices[i + 1]) - Vec3d(vertices[i]))
+        .cross(Vec3d(vertices[i + 2]) - Vec3d(vertices[i]));
+  };
+  NormalBounds bounds;
+  Vec3d sum(0.0);
+  for (std::size_t i = 0; i < vertices.size(); i += 3) sum += normal_of(i);
+  if (!(sum.length() > 0.0)) return bounds;
+  bounds.axis = sum.normalized();
+  // By the chord, which keeps its digits where the normals hardly differ.
+  double chord2 = 0.0;
+  bounds.lowest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    bounds.lowest = std::min(bounds.lowest, bounds.axis.dot(Vec3d(vertices[i])));
+    if (i % 3 != 0) continue;
+    const Vec3d normal = normal_of(i);
+    const double length = normal.length();
+    if (length > 0.0) chord2 = std::max(chord2, (normal / length - bounds.axis).length2());
   }
-  Light light;
-  light.type = LightType::Point;
-  light.name = description.name;
-  light.center = Vec3(description.position);
+  bounds.cosine = 1.0 - 0.5 * chord2;
+  bounds.sine = std::sqrt(chord2 * std::max(0.0, 1.0 - 0.25 * chord2));
+  return bounds;
+}
+
+std::unique_ptr<RayScene> make_crossings(const Light& light) {
+  if (light.vertices.size() <= 3 * kMaxTriedTriangles) return nullptr;
+  auto scene = std::make_unique<RayScene>(RayScene::Query::Crossings);
+  std::vector<std::uint32_t> indices(light.vertices.size());
+  std::iota(indices.begin(), indices.end(), 0u);
+  scene->add_triangles(light.vertices, indices);
+  scene->commit();
+  return scene;
+}
+
+Light make_light(const PointLightDescription& description, double diagonal) {
+  Light light =
+      positioned(LightType::Point, "point", description.name, description.position, diagonal);
   light.intensity = description.intensity;
-  light.bounds_min = light.bounds_max = light.center;
+  return light;
+}
+
+Light make_light(const SpotLightDescription& description, double diagonal) {
+  PN_CHECK(description.inner_angle_deg < description.outer_angle_deg, "a spot light has a falloff");
+  Light light =
+      positioned(LightType::Spot, "spot", description.name, description.position, diagonal);
+  light.intensity = description.intensity;
+  light.axis = description.direction.normalized();
+  light.inner_depth = depth_of(description.inner_angle_deg);
+  light.outer_depth = depth_of(description.outer_angle_deg);
+  return light;
+}
+
+Light make_light(const DirectionalLightDescription& description) {
+  Light light;
+  light.type = LightType::Directional;
+  light.name = description.name;
+  light.irradiance = description.irradiance;
+  light.axis = description.direction.normalized();
   return light;
 }
 

@@ -39,24 +39,36 @@ MaterialDescription mixture(float reflectance, float alpha, float weight) {
   m.glossy_weight = weight;
   return {"mixture " + std::to_string(alpha), m};
 }
+MaterialDescription coated(float color, float metallic, float roughness) {
+  return {"metallic-roughness " + std::to_string(metallic) + " " + std::to_string(roughness),
+          MetallicRoughnessMaterial{Rgb(color), metallic, roughness}};
+}
 MaterialDescription lambertian(float reflectance) {
   return {"lambert", LambertMaterial{Rgb(reflectance)}};
 }
 
 std::vector<MaterialDescription> broad_materials() {
-  return {lambertian(0.7f),        conductor(1.0f),           conductor(0.5f),
-          conductor(0.15f),        phong(0.4f, 0.5f, 20.0f),  phong(0.0f, 1.0f, 5.0f),
-          phong(0.8f, 0.0f, 9.0f), mixture(0.5f, 0.2f, 0.5f), mixture(0.9f, 0.3f, 0.05f)};
+  return {lambertian(0.7f),         conductor(1.0f),           conductor(0.5f),
+          conductor(0.15f),         phong(0.4f, 0.5f, 20.0f),  phong(0.0f, 1.0f, 5.0f),
+          phong(0.8f, 0.0f, 9.0f),  mixture(0.5f, 0.2f, 0.5f), mixture(0.9f, 0.3f, 0.05f),
+          coated(0.8f, 0.0f, 1.0f), coated(1.0f, 0.0f, 0.45f), coated(0.9f, 1.0f, 0.5f),
+          coated(0.6f, 0.4f, 0.7f), coated(0.0f, 0.0f, 0.5f)};
 }
 std::vector<MaterialDescription> sharp_materials() {
-  return {conductor(1e-2f), conductor(1e-3f), conductor(1e-4f), phong(0.0f, 1.0f, 1e4f),
-          phong(0.0f, 1.0f, 1e6f)};
+  return {conductor(1e-2f),        conductor(1e-3f),        conductor(1e-4f),
+          phong(0.0f, 1.0f, 1e4f), phong(0.0f, 1.0f, 1e6f), coated(1.0f, 1.0f, 0.05f),
+          coated(1.0f, 1.0f, 0.0f)};
 }
 std::vector<MaterialDescription> all_materials() {
   auto all = broad_materials();
   for (auto& m : sharp_materials()) all.push_back(m);
   all.push_back(mixture(0.5f, 1e-3f, 0.5f));
   all.push_back(phong(0.3f, 0.6f, 1e5f));
+  for (const float roughness : {0.0f, 0.1f, 1.0f}) {
+    all.push_back(coated(1.0f, 0.0f, roughness));
+    all.push_back(coated(0.7f, 0.5f, roughness));
+  }
+  all.push_back({"mirror", MirrorMaterial{Rgb(0.9f)}});
   return all;
 }
 

@@ -1,4 +1,4 @@
-// The keys "point_lights" and "environment" of scene files.
+// The keys "point_lights", "spot_lights", "directional_lights" and "environment" of scene files.
 
 #include <gtest/gtest.h>
 
@@ -91,6 +91,76 @@ TEST(SceneFileLights, BothKeysAreOptional) {
   const SceneDescription read = parse(scene);
   EXPECT_TRUE(read.point_lights.empty());
   EXPECT_FALSE(read.environment.has_value());
+}
+
+json with_spot_and_sun() {
+  json scene = lit_scene();
+  scene["spot_lights"] = json::parse(R"([
+    {"name": "spot", "position": [1, 2, 3], "direction": [0, -5, 0], "intensity": [4, 5, 6],
+     "inner_angle_deg": 10, "outer_angle_deg": 20.5},
+    {"name": "wide", "position": [0, 1, 0], "direction": [1, 0, 0], "intensity": 2}])");
+  scene["directional_lights"] =
+      json::parse(R"([{"name": "sun", "direction": [0, -1, 2], "irradiance": [3, 2, 1]}])");
+  return scene;
+}
+
+TEST(SceneFileLights, ReadsSpotAndDirectionalLights) {
+  const SceneDescription scene = parse(with_spot_and_sun());
+  ASSERT_EQ(scene.spot_lights.size(), 2u);
+  EXPECT_EQ(scene.spot_lights[0].name, "spot");
+  EXPECT_EQ(scene.spot_lights[0].position, Vec3d(1, 2, 3));
+  EXPECT_EQ(scene.spot_lights[0].direction, Vec3d(0, -5, 0));
+  EXPECT_EQ(scene.spot_lights[0].intensity, Vec3d(4, 5, 6));
+  EXPECT_EQ(scene.spot_lights[0].inner_angle_deg, 10.0);
+  EXPECT_EQ(scene.spot_lights[0].outer_angle_deg, 20.5);
+  EXPECT_EQ(scene.spot_lights[1].inner_angle_deg, 0.0);
+  EXPECT_EQ(scene.spot_lights[1].outer_angle_deg, 45.0);
+  ASSERT_EQ(scene.directional_lights.size(), 1u);
+  EXPECT_EQ(scene.directional_lights[0].name, "sun");
+  EXPECT_EQ(scene.directional_lights[0].direction, Vec3d(0, -1, 2));
+  EXPECT_EQ(scene.directional_lights[0].irradiance, Rgb(3, 2, 1));
+  EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(SceneFileLights, WarnsOfSpotAndDirectionalLightsOfZero) {
+  json scene = with_spot_and_sun();
+  scene["spot_lights"][1]["intensity"] = {0, 0, 0};
+  scene["directional_lights"][0]["irradiance"] = 0;
+  const SceneDescription read = parse(scene);
+  EXPECT_EQ(read.spot_lights.size(), 1u);
+  EXPECT_TRUE(read.directional_lights.empty());
+  const std::vector<std::string> expected = {
+      "spot light \"wide\" has an intensity of zero and is not a light",
+      "directional light \"sun\" has an irradiance of zero and is not a light"};
+  EXPECT_EQ(read.warnings, expected);
+}
+
+TEST(SceneFileLights, RefusesDirectionsOfZero) {
+  json scene = with_spot_and_sun();
+  scene["spot_lights"][0]["direction"] = {0, 0, 0};
+  EXPECT_TRUE(is_only_fault(scene, "/spot_lights/0/direction: must not be the zero vector"));
+  scene = with_spot_and_sun();
+  scene["directional_lights"][0]["direction"] = {0, 0, 0};
+  EXPECT_TRUE(is_only_fault(scene, "/directional_lights/0/direction: must not be the zero vector"));
+}
+
+TEST(SceneFileLights, RefusesAnglesWithoutAFalloff) {
+  json scene = with_spot_and_sun();
+  scene["spot_lights"][0]["inner_angle_deg"] = 20.5;
+  EXPECT_TRUE(is_only_fault(scene,
+                            "/spot_lights/0/inner_angle_deg: must be less than outer_angle_deg, "
+                            "20.5; found 20.5"));
+  scene = with_spot_and_sun();
+  scene["spot_lights"][1]["inner_angle_deg"] = 50;
+  EXPECT_TRUE(is_only_fault(scene,
+                            "/spot_lights/1/inner_angle_deg: must be less than outer_angle_deg, "
+                            "45.0; found 50.0"));
+  scene = with_spot_and_sun();
+  scene["spot_lights"][0]["outer_angle_deg"] = 90.5;
+  EXPECT_TRUE(is_only_fault(
+      scene, "/spot_lights/0/outer_angle_deg: expected a number in (0, 90], found 90.5"));
+  scene["spot_lights"][0]["outer_angle_deg"] = 0;
+  EXPECT_NE(faults_of(scene).find("/spot_lights/0/outer_angle_deg"), std::string::npos);
 }
 
 TEST(SceneFileLights, WarnsOfLightsOfZero) {
@@ -190,6 +260,12 @@ TEST(SceneFileLights, RefusesNamesThatShapesOrLightsHaveAlready) {
   scene = lit_scene();
   scene["point_lights"][1]["name"] = "floor";
   EXPECT_TRUE(is_only_fault(scene, "/point_lights/1/name: light name \"floor\"" + twice));
+  scene = with_spot_and_sun();
+  scene["spot_lights"][1]["name"] = "bulb";
+  EXPECT_TRUE(is_only_fault(scene, "/spot_lights/1/name: light name \"bulb\"" + twice));
+  scene = with_spot_and_sun();
+  scene["directional_lights"][0]["name"] = "spot";
+  EXPECT_TRUE(is_only_fault(scene, "/directional_lights/0/name: light name \"spot\"" + twice));
   scene = lit_scene();
   scene["environment"]["name"] = "bulb";
   EXPECT_TRUE(is_only_fault(scene, "/environment/name: light name \"bulb\"" + twice));

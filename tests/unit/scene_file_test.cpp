@@ -83,6 +83,22 @@ TEST(SceneFile, ReadsEveryMaterialModel) {
   EXPECT_EQ(std::get<MixtureMaterial>(read.materials[3].model).glossy.tint, Rgb(0.9f));
 }
 
+TEST(SceneFile, ReadsMetallicRoughnessAndMirror) {
+  json scene = small_scene();
+  scene["materials"] = json::parse(R"({
+    "grey": {"type": "metallic_roughness", "base_color": [0.1, 0.2, 0.3], "metallic": 0.25,
+             "roughness": 0},
+    "silver": {"type": "mirror", "reflectance": 0.9}})");
+  const SceneDescription read = parse(scene);
+  const auto& coated = std::get<MetallicRoughnessMaterial>(read.materials[0].model);
+  EXPECT_EQ(coated.base_color, Rgb(0.1f, 0.2f, 0.3f));
+  EXPECT_EQ(coated.metallic, 0.25f);
+  EXPECT_EQ(coated.roughness, 0.0f);
+  EXPECT_EQ(std::get<MirrorMaterial>(read.materials[1].model).reflectance, Rgb(0.9f));
+  scene["materials"]["grey"]["metallic"] = 1.5;
+  EXPECT_EQ(faults_of(scene), "/materials/grey/metallic: expected a number in [0, 1], found 1.5");
+}
+
 TEST(SceneFile, ReadsAnEmission) {
   json scene = small_scene();
   scene["shapes"][0]["emission"] = {{"radiance", {1, 2, 3}}, {"two_sided", true}};
