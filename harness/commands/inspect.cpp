@@ -134,6 +134,10 @@ void print_text(const Scene& scene, double load_s, const ShadingPoints& points,
              t.scale, t.center.x, t.center.y, t.center.z, t.diagonal);
   fmt::print("  materials    {}{}, sharpest glossy lobe alpha {:g}\n", t.materials,
              t.all_diffuse ? ", all diffuse" : "", static_cast<double>(t.min_alpha));
+  if (t.textures > 0) {
+    fmt::print("  textures     {} on {:.1f} kB of texels, {} shapes with holes\n", t.textures,
+               static_cast<double>(t.texture_bytes) / 1024.0, t.masked_shapes);
+  }
   fmt::print(
       "  lights       {}: {} rectangles, {} spheres, {} meshes, {} points, {} spots, {} "
       "directional, {} environment\n",
@@ -194,6 +198,9 @@ void print_json(const Scene& scene, double load_s, const ShadingPoints& points,
   json["materials"] = t.materials;
   json["all_diffuse"] = t.all_diffuse;
   json["min_alpha"] = t.min_alpha;
+  json["textures"] = t.textures;
+  json["texture_bytes"] = t.texture_bytes;
+  json["masked_shapes"] = t.masked_shapes;
   json["lights"] = nlohmann::ordered_json::array();
   for (const Light& light : scene.lights()) json["lights"].push_back(light_json(light, t));
   json["point_lights"] = t.point_lights;
