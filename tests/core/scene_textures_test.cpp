@@ -103,7 +103,8 @@ TEST(SceneTextures, MeshesTakeTheCoordinatesOfTheirVertices) {
   EXPECT_NEAR(scene.surface_values(hit_below(scene, 1, 0.3)).reflectance.x, 1.0f, 1e-5f);
 }
 
-/// Materials with every model, and the same with the values of textures put in by hand.
+/// Materials with every model that light can be sampled for, and the same with the values of
+/// textures put in by hand.
 struct Pair {
   MaterialDescription textured, constant;
 };
@@ -133,6 +134,10 @@ std::vector<Pair> pairs(const ImageFolder& folder) {
   auto& constant = std::get<MixtureMaterial>(result.back().constant.model);
   constant.diffuse.reflectance *= factor;
   constant.glossy.alpha = 0.125f;
+  result.push_back({{"coat", MetallicRoughnessMaterial{Rgb(0.8f), 0.5f, 0.5f}},
+                    {"c", MetallicRoughnessMaterial{factor * 0.8f, 0.25f, 0.25f}}});
+  result.back().textured.roughness_texture = rough;
+  result.back().textured.metallic_texture = rough;
   for (Pair& pair : result) pair.textured.reflectance_texture = color;
   return result;
 }
@@ -149,7 +154,7 @@ TEST(SceneTextures, AConstantTextureIsTheConstantMaterialForEveryEstimator) {
           << pair.textured.name << ", " << entry->name;
     }
     MaterialDescription bare = pair.textured;
-    bare.reflectance_texture = bare.roughness_texture = std::nullopt;
+    bare.reflectance_texture = bare.roughness_texture = bare.metallic_texture = std::nullopt;
     const EstimatorEntry& mis = *find_estimator("mis");
     EXPECT_FALSE(same_bits(render_with(textured, mis), render_with(Scene(floor_scene(bare)), mis)))
         << "control: the texture matters";
@@ -168,6 +173,13 @@ TEST(SceneTextures, ValuesOfOneChangeNoBitOfAMaterial) {
     EXPECT_EQ(plain.pdf_w, with.pdf_w);
     EXPECT_EQ(bsdf.with(SurfaceValues{}).min_alpha(), bsdf.min_alpha());
   }
+}
+
+TEST(SceneTextures, AMirrorTakesItsReflectance) {
+  SurfaceValues values;
+  values.reflectance = Rgb(0.5f, 0.25f, 1.0f);
+  EXPECT_EQ(Bsdf({"mirror", MirrorMaterial{Rgb(0.5f)}}).with(values).delta_reflectance(),
+            Rgb(0.25f, 0.125f, 0.5f));
 }
 
 TEST(SceneTextures, RoughnessStopsAtTheSmallestWidth) {

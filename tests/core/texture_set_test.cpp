@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 #include <tbb/parallel_for.h>
 
-#include <bit>
-#include <chrono>
+#include <array>
+#include <barrier>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "scenes/core/error.h"
@@ -191,6 +193,41 @@ TEST(TextureSet, ManyThreadsSeeTheSameBits) {
     tbb::parallel_for(std::size_t{0}, uvs.size(),
                       [&](std::size_t i) { parallel[i] = set->color(texture, uvs[i]); });
     ASSERT_EQ(parallel, serial);
+  }
+}
+
+TEST(TextureSet, SetsOneAfterTheOtherDoNotSeeEachOthersTexels) {
+  const ImageFolder folder;
+  constexpr int kThreads = 3;
+  constexpr int kRounds = 60;
+  std::unique_ptr<TextureSet> set;
+  std::uint32_t texture = 0;
+  std::array<std::array<float, kRounds>, kThreads> seen{};
+  // The threads outlive the sets, as those of the harness outlive scenes.
+  std::barrier<> gate(kThreads + 1);
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      for (std::size_t round = 0; round < kRounds; ++round) {
+        gate.arrive_and_wait();
+        seen[t][round] = set->scalar(texture, Vec2(0.5f));
+        gate.arrive_and_wait();
+      }
+    });
+  }
+  for (std::size_t round = 0; round < kRounds; ++round) {
+    test::write_png(folder / "a.png", 1, 1, 1, {static_cast<std::uint16_t>(round)});
+    set = nullptr;
+    set = image_module().make_textures();
+    texture = set->add(test::texture(folder / "a.png"));
+    gate.arrive_and_wait();
+    gate.arrive_and_wait();
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t t = 0; t < kThreads; ++t) {
+    for (std::size_t round = 0; round < kRounds; ++round) {
+      EXPECT_NEAR(seen[t][round], static_cast<float>(round) / 255.0f, 1e-6f) << t;
+    }
   }
 }
 

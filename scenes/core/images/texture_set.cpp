@@ -8,7 +8,11 @@
 #include <OpenImageIO/texture.h>
 
 #include <algorithm>
+#include <atomic>
+#include <map>
+#include <mutex>
 #include <sstream>
+#include <thread>
 
 #include "scenes/core/error.h"
 #include "scenes/core/images/read_image.h"
@@ -66,16 +70,62 @@ OIIO::TextureOpt::Wrap wrap_of(TextureWrap wrap) {
   return OIIO::TextureOpt::WrapPeriodic;
 }
 
+using Perthread = OIIO::TextureSystem::Perthread;
+
+// What the texture system keeps per thread, tiles among them. Not taken from the system itself: it
+// finds a thread's record by the address of the cache, which a later cache may get again, and
+// threads that outlive the first one would then look up its texels.
+class ThreadRecords {
+ public:
+  explicit ThreadRecords(OIIO::TextureSystem& system) : system_(&system) {}
+
+  ~ThreadRecords() {
+    for (const auto& [id, record] : records_) system_->destroy_thread_info(record);
+  }
+
+  ThreadRecords(const ThreadRecords&) = delete;
+  ThreadRecords& operator=(const ThreadRecords&) = delete;
+
+  std::uint64_t id() const { return id_; }
+
+  // Locks only where a thread comes from another set, or for the first time.
+  Perthread* mine() {
+    thread_local std::uint64_t last_id = 0;
+    thread_local Perthread* last = nullptr;
+    if (last_id != id_) {
+      const std::lock_guard lock(mutex_);
+      Perthread*& record = records_[std::this_thread::get_id()];
+      if (record == nullptr) record = system_->create_thread_info();
+      last = record;
+      last_id = id_;
+    }
+    return system_->get_perthread_info(last);
+  }
+
+ private:
+  static std::uint64_t next_id() {
+    static std::atomic<std::uint64_t> count{0};
+    return ++count;
+  }
+
+  OIIO::TextureSystem* system_;
+  const std::uint64_t id_{next_id()};  // never used again, unlike an address
+  std::mutex mutex_;
+  std::map<std::thread::id, Perthread*> records_;
+};
+
 class OiioTextureSet final : public TextureSet {
  public:
   OiioTextureSet()
       : cache_(OIIO::ImageCache::create(false)),
-        system_(OIIO::TextureSystem::create(false, cache_)) {
+        system_(OIIO::TextureSystem::create(false, cache_)),
+        threads_(std::make_unique<ThreadRecords>(*system_)) {
     // Never throws a tile away: the texels are counted and bounded elsewhere.
     cache_->attribute("max_memory_MB", 1e9f);
   }
 
   ~OiioTextureSet() override {
+    threads_ = nullptr;
     OIIO::TextureSystem::destroy(system_);
     OIIO::ImageCache::destroy(cache_);
   }
@@ -146,7 +196,9 @@ class OiioTextureSet final : public TextureSet {
     auto data = std::make_unique<ImageData>(
         read_image(description.file, description.srgb ? Encoding::Srgb : Encoding::Linear));
     check_range(description.file, *data);
-    const OIIO::ustring name("texture " + std::to_string(images_.size()));
+    // Unique in the process, for the same reason as the records of threads.
+    const OIIO::ustring name("penumbra " + std::to_string(threads_->id()) + "." +
+                             std::to_string(images_.size()));
     images_.push_back({description.file, description.srgb, std::move(data), nullptr});
     images_.back().handle = enter(name, *images_.back().data);
     return images_.back();
@@ -173,7 +225,8 @@ class OiioTextureSet final : public TextureSet {
         cache_->add_tile(name, 0, 0, 0, 0, 0, 0, -1, OIIO::TypeDesc::FLOAT, image.values.data(),
                          OIIO::AutoStride, OIIO::AutoStride, OIIO::AutoStride, false);
     if (!entered) throw RunError("OpenImageIO's image cache: " + cache_->geterror());
-    OIIO::TextureSystem::TextureHandle* const handle = system_->get_texture_handle(name);
+    OIIO::TextureSystem::TextureHandle* const handle =
+        system_->get_texture_handle(name, threads_->mine());
     if (handle == nullptr || !system_->good(handle)) {
       throw RunError("OpenImageIO's texture system: " + system_->geterror());
     }
@@ -186,8 +239,8 @@ class OiioTextureSet final : public TextureSet {
     // Options are written to by the texture system.
     OIIO::TextureOpt options = texture.options;
     options.firstchannel = channel;
-    const bool found = system_->texture(texture.image, system_->get_perthread_info(), options, uv.x,
-                                        uv.y, 0.0f, 0.0f, 0.0f, 0.0f, channels, result);
+    const bool found = system_->texture(texture.image, threads_->mine(), options, uv.x, uv.y, 0.0f,
+                                        0.0f, 0.0f, 0.0f, channels, result);
     PN_CHECK(found, "a texture in memory can be looked up");
     return result[0];
   }
@@ -195,6 +248,7 @@ class OiioTextureSet final : public TextureSet {
   // Raw pointers up to version 2.5 of OpenImageIO, shared ones later.
   decltype(OIIO::ImageCache::create(false)) cache_;
   decltype(OIIO::TextureSystem::create(false)) system_;
+  std::unique_ptr<ThreadRecords> threads_;
   std::vector<Image> images_;
   std::vector<Texture> textures_;
 };
