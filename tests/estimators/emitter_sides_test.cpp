@@ -102,14 +102,15 @@ TEST(EmitterSides, ARaySeesTheEmissionOfTheSideThatItMeets) {
     for (const bool two_sided : {false, true}) {
       const Scene scene(scene_of(e, two_sided));
       const Vec3 front = Vec3(e.front_normal), back = Vec3(e.back_normal);
-      const Vec3 before = test::to_scene(scene, e.front), behind = test::to_scene(scene, e.back);
-      const RayHit a = test::trace(scene, before, front);
-      const RayHit b = test::trace(scene, behind, back);
+      const Vec3 from_front = test::to_scene(scene, e.front);
+      const Vec3 from_back = test::to_scene(scene, e.back);
+      const RayHit a = test::trace(scene, from_front, front);
+      const RayHit b = test::trace(scene, from_back, back);
       ASSERT_TRUE(a.hit() && b.hit()) << e.name;
       EXPECT_EQ(scene.emitter(a, front), 0) << e.name;
       EXPECT_EQ(scene.emitter(b, back), two_sided ? 0 : kNoLight) << e.name;
-      EXPECT_EQ(scene.shading_point(a, before, front).light, 0) << e.name;
-      EXPECT_EQ(scene.shading_point(b, behind, back).light, two_sided ? 0 : kNoLight) << e.name;
+      EXPECT_EQ(scene.shading_point(a, from_front, front).light, 0) << e.name;
+      EXPECT_EQ(scene.shading_point(b, from_back, back).light, two_sided ? 0 : kNoLight) << e.name;
     }
   }
 }

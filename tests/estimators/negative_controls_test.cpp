@@ -35,7 +35,10 @@ RunStatistics run_on(const Fixture& f, const ParamSet::Map& params, std::uint64_
 }
 
 ParamSet::Map literal() {
-  return {{"n_min", Integer{0}}, {"cone_min_hits", Integer{1}}, {"beta_min", 1e-3}};
+  return {{"n_min", Integer{0}},
+          {"cone", Text("always")},
+          {"cone_min_hits", Integer{1}},
+          {"beta_min", 1e-3}};
 }
 
 ParamSet::Map with(ParamSet::Map base, const ParamSet::Map& more) {
@@ -88,8 +91,10 @@ TEST(NegativeControls, X2SystematicCountsWithCountDenominators) {
 }
 
 TEST(NegativeControls, MultinomialWithAlphaButNoFloorStarvesLights) {
-  const ParamSet::Map multinomial = {
-      {"rounding", Text("multinomial")}, {"denominator", Text("alpha")}, {"n_min", Integer{0}}};
+  const ParamSet::Map multinomial = {{"rounding", Text("multinomial")},
+                                     {"denominator", Text("alpha")},
+                                     {"n_min", Integer{0}},
+                                     {"cone", Text("always")}};
   expect_biased("multinomial, no floor", 'A', multinomial, -6.3);
   expect_biased("multinomial, no floor", 'B', multinomial, -10.8);
 }

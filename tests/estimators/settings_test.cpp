@@ -22,11 +22,14 @@ std::string refusal(const ParamSet::Map& given, const Budget& budget, std::size_
 }
 
 TEST(CheckBudget, RefusesMoreDefensiveSamplesThanAnAutomaticPopulationHolds) {
-  const ParamSet::Map three = {{"n_min", std::int64_t{3}}};
+  const ParamSet::Map three = {{"n_min", std::int64_t{3}}, {"cone", std::string("always")}};
   const Budget budget{SamplerKind::Independent, 8, 24};
   EXPECT_EQ(refusal(three, budget, 1), "");  // population 6 for 2 components
   EXPECT_EQ(refusal(three, budget, 2),
             "pmc_hi: n_min = 3 needs a population of at least 9 for 3 components, found 8");
+  // Points without a cone have smaller populations.
+  EXPECT_EQ(refusal({{"n_min", std::int64_t{3}}}, budget, 1),
+            "pmc_hi: n_min = 3 needs a population of at least 6 for 2 components, found 4");
   EXPECT_EQ(refusal({{"n_min", std::int64_t{3}}, {"population", std::int64_t{9}}}, budget, 2), "");
   EXPECT_EQ(refusal({{"n_min", std::int64_t{3}},
                      {"schedule", std::string("two_stage")},
