@@ -125,7 +125,7 @@ void Scene::keep_or_drop_arrays(SurfaceGeometry& geometry) {
   {
     const PartTimer timer(parts_.uvs);
     const bool used = textures_ != nullptr && textures_->uses_uvs(geometry.material);
-    if (!used) geometry.uvs = {};
+    if (!used && !keep_all_) geometry.uvs = {};
     if (keep_all_) geometry.uvs.resize(geometry.vertices.size(), Vec2(0.0f));
   }
   parts_.normals.count += geometry.normals.empty() ? 0u : 1u;

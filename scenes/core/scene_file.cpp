@@ -13,6 +13,7 @@
 #include "scenes/core/models/model_scene.h"
 #include "scenes/core/scene_file_images.h"
 #include "scenes/core/scene_file_lights.h"
+#include "scenes/core/scene_file_materials.h"
 #include "scenes/core/scene_file_model.h"
 #include "scenes/core/scene_file_shapes.h"
 #include "scenes/core/scene_schema.h"
@@ -28,18 +29,6 @@ namespace {
 /// Largest |cosine| of edges that count as perpendicular, and smallest sine of directions that
 /// count as different.
 constexpr double kAngleTolerance = 1e-6;
-
-LambertMaterial read_lambert(const json& value) { return {read_rgb(value["reflectance"])}; }
-
-ConductorMaterial read_conductor(const json& value) {
-  ConductorMaterial material;
-  material.eta = read_rgb(value["eta"]);
-  material.k = read_rgb(value["k"]);
-  // The file's 1e-4 is the range's end in double and may round below it.
-  material.alpha = std::max(value["alpha"].get<float>(), 1e-4f);
-  if (value.contains("tint")) material.tint = read_rgb(value["tint"]);
-  return material;
-}
 
 void check_schema(const LocatedJson& document, DiagnosticList& faults) {
   static const JsonSchema schema(kSceneSchemaJson);
@@ -104,50 +93,9 @@ class SceneReader {
       MaterialDescription material;
       material.name = name;
       const std::string pointer = child_pointer("/materials", name);
-      if (!faults_.covers(pointer)) read_material(value, pointer, material);
+      if (!faults_.covers(pointer)) read_material(value, document_, pointer, material, faults_);
       scene_.materials.push_back(std::move(material));
     }
-  }
-
-  void read_material(const json& value, const std::string& pointer, MaterialDescription& material) {
-    const std::string type = value["type"].get<std::string>();
-    if (type == "lambert") {
-      material.model = read_lambert(value);
-    } else if (type == "conductor") {
-      material.model = read_conductor(value);
-    } else if (type == "mixture") {
-      material.model =
-          MixtureMaterial{read_lambert(value["diffuse"]), read_conductor(value["glossy"]),
-                          value["glossy_weight"].get<float>()};
-    } else if (type == "metallic_roughness") {
-      material.model =
-          MetallicRoughnessMaterial{read_rgb(value["base_color"]), value["metallic"].get<float>(),
-                                    value["roughness"].get<float>()};
-    } else if (type == "mirror") {
-      material.model = MirrorMaterial{read_rgb(value["reflectance"])};
-    } else {
-      material.model = read_phong(value, pointer);
-    }
-    read_material_images(value, document_, pointer, material, faults_);
-  }
-
-  PhongMaterial read_phong(const json& value, const std::string& pointer) {
-    const PhongMaterial phong{read_rgb(value["diffuse"]), read_rgb(value["specular"]),
-                              value["exponent"].get<float>()};
-    for (int c = 0; c < 3; ++c) {
-      // Shares such as 0.3 + 0.7 may exceed 1 by the rounding of the sum.
-      const float sum = phong.diffuse[c] + phong.specular[c];
-      if (sum <= 1.0f + 1e-6f) continue;
-      fault(child_pointer(pointer, "specular"),
-            std::string("diffuse + specular must be at most 1, found ") + json(sum).dump() +
-                " in the " +
-                (c == 0   ? "red"
-                 : c == 1 ? "green"
-                          : "blue") +
-                " channel");
-      break;
-    }
-    return phong;
   }
 
   std::optional<std::uint32_t> find_material(const json& value, const std::string& pointer) {
