@@ -49,14 +49,15 @@ void Occluders::add(const SurfaceGeometry& geometry) {
   const auto corner = [&](std::size_t i) { return geometry.vertices[geometry.indices[i]]; };
   const Vec3 first[3] = {corner(0), corner(1), corner(2)};
   const Vec3 normal = triangle_normal(first).normalized();
-  bounds.offset = dot(normal, first[0]);
+  const float offset = dot(normal, first[0]);
   // Rounding of coordinates and products; what bends more than that is not flat.
-  bounds.slack = 4e-7f * (std::abs(bounds.offset) + bounds.max.length() + bounds.min.length());
-  const bool flat =
-      std::all_of(geometry.vertices.begin(), geometry.vertices.end(), [&](const Vec3& vertex) {
-        return std::abs(dot(normal, vertex) - bounds.offset) <= bounds.slack;
-      });
-  if (flat) bounds.normal = normal;
+  const float slack = 4e-7f * (std::abs(offset) + bounds.max.length() + bounds.min.length());
+  bounds.is_flat = std::all_of(
+      geometry.vertices.begin(), geometry.vertices.end(),
+      [&](const Vec3& vertex) { return std::abs(dot(normal, vertex) - offset) <= slack; });
+  bounds.normal = normal;
+  bounds.offset = offset;
+  bounds.slack = slack;
   shapes_.push_back(bounds);
 }
 
@@ -69,6 +70,7 @@ bool Occluders::separates(const Bounds& shape, const Light& light, const Vec3& f
       return true;
     }
   }
+  if (!shape.is_flat) return false;
   const Heights of_light = heights(light.bounds_min, light.bounds_max, shape.normal, Vec3(0.0f));
   const float of_point = dot(shape.normal, from);
   return std::min(of_light.low, of_point) > shape.offset + shape.slack ||

@@ -33,7 +33,8 @@ class Occluders {
   struct Bounds {
     Vec3 min{0.0f}, max{0.0f};
     // All of a flat shape is on the plane dot(normal, x) = offset, to within `slack`.
-    Vec3 normal{0.0f};  // unit; 0 where the shape is not flat
+    bool is_flat{false};
+    Vec3 normal{0.0f};  // unit
     float offset{0.0f}, slack{0.0f};
     std::int32_t light{-1};
   };
