@@ -121,12 +121,14 @@ struct RayScene::Impl {
     return geometries++;
   }
 
-  static void set_vertices(RTCGeometry geometry, std::span<const Vec3> vertices) {
+  // @param stride  floats from one vertex to the next, at least 3; those behind the third are 0
+  static void set_vertices(RTCGeometry geometry, std::span<const Vec3> vertices,
+                           std::size_t stride = 3) {
     auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                          RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                          RTC_FORMAT_FLOAT3, stride * sizeof(float),
                                                           vertices.size()));
     for (const Vec3& vertex : vertices) {
-      for (int axis = 0; axis < 3; ++axis) *v++ = vertex[axis];
+      for (std::size_t i = 0; i < stride; ++i) *v++ = i < 3 ? vertex[static_cast<int>(i)] : 0.0f;
     }
   }
 
@@ -201,7 +203,9 @@ std::uint32_t RayScene::add_subdivision(std::span<const Vec3> vertices,
                                         std::span<const std::uint32_t> face_sizes,
                                         std::span<const std::uint32_t> indices, int level) {
   RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_SUBDIVISION);
-  Impl::set_vertices(geometry, vertices);
+  // Embree reads four floats of a vertex and asserts that all are sound: with a stride of three,
+  // the fourth of the last vertex would lie behind the buffer.
+  Impl::set_vertices(geometry, vertices, 4);
   Impl::set_numbers(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, 1, indices);
   Impl::set_numbers(geometry, RTC_BUFFER_TYPE_FACE, RTC_FORMAT_UINT, 1, face_sizes);
   rtcSetGeometrySubdivisionMode(geometry, 0, RTC_SUBDIVISION_MODE_SMOOTH_BOUNDARY);
