@@ -57,18 +57,19 @@ void Environment::find_lit_rows() noexcept {
   const auto first = std::find_if(texels_.begin(), texels_.end(), is_lit) - texels_.begin();
   const auto behind = std::find_if(texels_.rbegin(), texels_.rend(), is_lit).base();
   const auto last = behind - texels_.begin() - 1;
-  const double step = M_PI / static_cast<double>(rows_);
-  // A little wider than the rows: a direction at their edge may be looked up in either.
-  lit_theta_min_ = static_cast<float>(static_cast<double>(first / columns_) * step - 1e-4);
-  lit_theta_max_ = static_cast<float>(static_cast<double>(last / columns_ + 1) * step + 1e-4);
+  // Shares first: half of the rows is half of pi to the bit.
+  const auto rows = static_cast<double>(rows_);
+  lit_theta_min_ = static_cast<double>(first / columns_) / rows * M_PI;
+  lit_theta_max_ = static_cast<double>(last / columns_ + 1) / rows * M_PI;
 }
 
 bool Environment::can_light(const Vec3& normal) const noexcept {
   if (black_) return false;
-  // Of all azimuths, the nearest to the normal is the normal's own.
-  const float theta = std::atan2(std::sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
-  const float right_angle = static_cast<float>(0.5 * M_PI);
-  return theta - lit_theta_max_ < right_angle && lit_theta_min_ - theta < right_angle;
+  // Of all azimuths, the nearest to the normal is the normal's own. In double, so that a surface
+  // that faces straight down sees nothing of a sky that ends at the horizon.
+  const Vec3d n(normal);
+  const double theta = std::atan2(std::sqrt(n.x * n.x + n.z * n.z), n.y);
+  return theta - lit_theta_max_ < 0.5 * M_PI && lit_theta_min_ - theta < 0.5 * M_PI;
 }
 
 double Environment::texel_solid_angle(std::uint32_t row) const noexcept {

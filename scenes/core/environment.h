@@ -69,7 +69,7 @@ class Environment {
   Vec3d power_{0.0};
   bool black_{true};
   // Polar angles between which all texels that emit lie.
-  float lit_theta_min_{0.0f}, lit_theta_max_{0.0f};
+  double lit_theta_min_{0.0}, lit_theta_max_{0.0};
 };
 
 }  // namespace penumbra
