@@ -28,6 +28,9 @@
 //   cone_min_hits = 2    one hit alone gives a cone of angle 0, which then captures all samples.
 //   beta_min             smallest half angle [rad], for the same reason.
 //   Lights that can not contribute at the point are left out before the first iteration.
+//   cone = needed        the cone narrows a light down to its visible part; it is left out where
+//                        boxes and planes show that nothing lies between the point and its lights.
+//                        Depends on scene and point only, so it biases nothing.
 // Parameters with defaults: see settings.cpp.
 //
 // Unbiased with the defaults: given the past, counts, axis and angle are constants, every light
