@@ -77,21 +77,26 @@ SceneDescription sky() {
   return scene;
 }
 
-std::unique_ptr<TestScene> load(std::string name, const SceneDescription& description, int spp) {
-  auto result =
-      std::unique_ptr<TestScene>(new TestScene{std::move(name), Scene(description), {}, spp});
+}  // namespace
+
+std::unique_ptr<TestScene> load(std::string name, const SceneDescription& description, int spp,
+                                const SceneOptions& options) {
+  auto result = std::unique_ptr<TestScene>(
+      new TestScene{std::move(name), Scene(description, options), {}, spp});
   result->points = make_shading_points(result->scene, 1, kPointSeed, kTileSide);
   return result;
 }
 
-}  // namespace
+std::vector<NamedDescription> test_descriptions() {
+  return {{"diffuse", diffuse(), 2}, {"glossy", glossy(), 3}, {"sky", sky(), 2}};
+}
 
 const std::vector<std::unique_ptr<TestScene>>& test_scenes() {
   static const std::vector<std::unique_ptr<TestScene>> scenes = [] {
     std::vector<std::unique_ptr<TestScene>> result;
-    result.push_back(load("diffuse", diffuse(), 2));
-    result.push_back(load("glossy", glossy(), 3));
-    result.push_back(load("sky", sky(), 2));
+    for (const NamedDescription& scene : test_descriptions()) {
+      result.push_back(load(scene.name, scene.description, scene.spp));
+    }
     return result;
   }();
   return scenes;

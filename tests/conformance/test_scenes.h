@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "scenes/core/scene.h"
+#include "scenes/core/scene_description.h"
 #include "scenes/core/shading_point.h"
 
 /// Three small scenes that together hold every kind of light and material.
@@ -22,6 +23,19 @@ struct TestScene {
   /// of 2 % (self_test.cpp, agreement_test.cpp).
   int spp{1};
 };
+
+struct NamedDescription {
+  std::string name;
+  SceneDescription description;
+  int spp{1};  ///< as TestScene::spp
+};
+
+/// @param name  distinguishes the caches and seeds of scenes
+std::unique_ptr<TestScene> load(std::string name, const SceneDescription& description, int spp,
+                                const SceneOptions& options = {});
+
+/// What `test_scenes` are made from.
+std::vector<NamedDescription> test_descriptions();
 
 /// `diffuse`: a floor and two occluders under two rectangles. `glossy`: a Phong floor and a rough
 /// conductor under a rectangle, a sphere and a mesh. `sky`: an environment, a point light and a
