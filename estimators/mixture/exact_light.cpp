@@ -4,8 +4,7 @@ namespace penumbra {
 
 ExactLight::ExactLight(const Scene& scene)
     : scene_(&scene),
-      rays_(std::max<std::size_t>(scene.delta_lights().size(),
-                                  scene.traits().has_mirrors ? 1 : 0)),
+      rays_(std::max<std::size_t>(scene.delta_lights().size(), scene.traits().has_mirrors ? 1 : 0)),
       batch_(rays_.size()) {}
 
 void ExactLight::trace(EstimateCounters& counters) noexcept {

@@ -18,8 +18,8 @@
 /// estimator's business. Delta lights are no components: their light is added apart.
 ///
 /// Components that can not contribute at a point are left out by rules that depend on scene and
-/// point alone (unless the scene keeps all): lights below the horizon, seen from behind or black; in
-/// a mirror all of them.
+/// point alone (unless the scene keeps all): lights below the horizon, seen from behind or black;
+/// in a mirror all of them.
 namespace penumbra {
 
 /// Uniform directions about an axis; inactive while `one_minus_cos` is 0.

@@ -136,7 +136,10 @@ TEST(FixturesTable, CostsAreThoseOfTheSpecification) {
        {{"layout", std::string("pairs")}, {"heuristic", std::string("power2")}},
        {0.068, 1.07, 16.1, 0.93, 0.068, 0.417}},
       {"light only", "light", {}, {0.034, 0.53, 8.0, 3.28, 0.034, 0.245}},
-      {"PMC-HI R0", "pmc_hi", {{"cone", std::string("always")}}, {0.072, 1.47, 9.5, 0.47, 0.062, 0.373}},
+      {"PMC-HI R0",
+       "pmc_hi",
+       {{"cone", std::string("always")}},
+       {0.072, 1.47, 9.5, 0.47, 0.062, 0.373}},
   };
   std::printf("%-14s fixture   bias %%  (se)      relMSE*samples  specification\n", "estimator");
   for (const Row& row : rows) {

@@ -26,8 +26,8 @@ struct FieldBox {
 ///
 /// Only the largest connected part is kept: where a field is cut by another, crumbs may be left.
 ///
-/// The same bits on any number of threads. Coordinates are rounded to 2^-20, so that a difference in
-/// the last digit of a machine's mathematical functions is not likely to show, and references of
+/// The same bits on any number of threads. Coordinates are rounded to 2^-20, so that a difference
+/// in the last digit of a machine's mathematical functions is not likely to show, and references of
 /// scenes with the mesh can be found by their content hash elsewhere.
 /// Source: Doi and Koide 1991, "An efficient method of triangulating equi-valued surfaces by using
 /// tetrahedral cells"; Kuhn 1960, "Some combinatorial lemmas in topology".
