@@ -25,7 +25,8 @@ struct SceneSummary {
   std::size_t shapes{0};            ///< as the file counts them
 };
 
-/// @throws InputError where the file does not obey the schema
+/// Reads only what a list shows; the rest of the file is not checked.
+/// @throws InputError where what it reads does not obey the schema
 SceneSummary read_scene_summary(const std::filesystem::path& file);
 
 /// As `load_scene_description`, from a document that is already parsed.
