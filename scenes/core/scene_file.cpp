@@ -333,7 +333,9 @@ class SceneReader {
           std::filesystem::path(document_.source()).parent_path() / name;
       try {
         Model model = load_model(file);
-        for (std::string& warning : model.warnings) warning.insert(0, name + ": ");
+        for (auto* warnings : {&model.warnings, &model.material_warnings}) {
+          for (std::string& warning : *warnings) warning.insert(0, name + ": ");
+        }
         add_model(file.stem().string(), std::move(model), scene_);
       } catch (const InputError& error) {
         fault(child_pointer(child_pointer("/include", i), "file"), error.what());

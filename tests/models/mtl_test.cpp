@@ -14,7 +14,7 @@ Model load_with_material(const ModelFiles& files, const std::string& statements)
 }
 
 bool warns(const Model& model, const std::string& text) {
-  return std::any_of(model.warnings.begin(), model.warnings.end(),
+  return std::any_of(model.material_warnings.begin(), model.material_warnings.end(),
                      [&](const std::string& w) { return w.find(text) != std::string::npos; });
 }
 
@@ -24,7 +24,7 @@ TEST(MtlFile, DiffuseColourIsALambertSurface) {
   EXPECT_EQ(model.materials.at(0).name, "m");
   EXPECT_EQ(std::get<LambertMaterial>(model.materials[0].model).reflectance,
             Rgb(0.5f, 0.25f, 0.0f));
-  EXPECT_TRUE(model.warnings.empty()) << model.warnings[0];
+  EXPECT_TRUE(model.material_warnings.empty()) << model.material_warnings[0];
 }
 
 TEST(MtlFile, HighlightIsAPhongLobeWithinEnergy) {
@@ -34,7 +34,7 @@ TEST(MtlFile, HighlightIsAPhongLobeWithinEnergy) {
   const auto& phong = std::get<PhongMaterial>(sound.materials.at(0).model);
   EXPECT_EQ(phong.specular, Rgb(0.25f));
   EXPECT_EQ(phong.exponent, 30.0f);
-  EXPECT_TRUE(sound.warnings.empty());
+  EXPECT_TRUE(sound.material_warnings.empty());
 
   const Model loud = load_with_material(files, "Kd 1 0.5 0.5\nKs 1 0.5 0.5\nNs 0\n");
   const auto& scaled = std::get<PhongMaterial>(loud.materials.at(0).model);

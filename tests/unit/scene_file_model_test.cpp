@@ -106,6 +106,15 @@ TEST_F(SceneFileModel, JoinsTheMeshesOfAFileAndKeepsItsCoordinates) {
   EXPECT_EQ(scene.geometry, "own");
 }
 
+// The shape has a material of its own: what is wrong with the file's is of no interest.
+TEST_F(SceneFileModel, WarnsOfTheMeshesOfAFileOnly) {
+  write("odd.obj",
+        "mtllib missing.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nusemtl none\nf 1 2 3\nf 1 4 2\n");
+  const SceneDescription scene = load({{"file", "odd.obj"}});
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_NE(scene.warnings[0].find("1 of 2"), std::string::npos) << scene.warnings[0];
+}
+
 TEST_F(SceneFileModel, PlacesTheBaseOfTheBoundingBox) {
   const Box box =
       bounds(mesh({{"file", "wedge.obj"}, {"place", {{"height", 4}, {"position", {10, 1, -2}}}}})
@@ -217,8 +226,12 @@ TEST_F(SceneFileModel, SummariesAreReadWithoutTheModel) {
   EXPECT_EQ(summary.name, "model");
   EXPECT_EQ(summary.shapes, 1u);
   EXPECT_EQ(summary.resolution, (std::array<int, 2>{480, 270}));
-  write("scene.json", scene_of({{"fiel", "missing.obj"}}).dump(1));
-  EXPECT_THROW(read_scene_summary(folder_ / "scene.json"), InputError);
+  for (const char* const key : {"name", "camera"}) {
+    json broken = scene;
+    broken[key] = 3;
+    write("scene.json", broken.dump(1));
+    EXPECT_THROW(read_scene_summary(folder_ / "scene.json"), InputError) << key;
+  }
 }
 
 TEST_F(SceneFileModel, AMeshCanBeALight) {

@@ -164,10 +164,10 @@ std::optional<EmissionDescription> GltfMaterials::read_emission(const tinygltf::
 
 void GltfMaterials::warn_unsupported(const tinygltf::Material& material, const std::string& place) {
   if (material.normalTexture.index >= 0) {
-    builder_.warn(place + ": normalTexture is not supported and left out");
+    builder_.warn_of_material(place + ": normalTexture is not supported and left out");
   }
   if (material.occlusionTexture.index >= 0) {
-    builder_.warn(place + ": occlusionTexture is not supported and left out");
+    builder_.warn_of_material(place + ": occlusionTexture is not supported and left out");
   }
 }
 

@@ -60,6 +60,9 @@ class ModelBuilder {
                              const std::string& use);
 
   void warn(std::string message) { model_.warnings.push_back(std::move(message)); }
+  void warn_of_material(std::string message) {
+    model_.material_warnings.push_back(std::move(message));
+  }
 
   /// The finished model.
   /// @throws InputError when there is no shape

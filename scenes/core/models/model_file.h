@@ -17,8 +17,9 @@ struct Model {
   std::vector<PointLightDescription> point_lights;
   std::vector<SpotLightDescription> spot_lights;
   std::vector<DirectionalLightDescription> directional_lights;
-  std::optional<CameraDescription> camera;  ///< the first one of the file
-  std::vector<std::string> warnings;        ///< what was left out, and why
+  std::optional<CameraDescription> camera;     ///< the first one of the file
+  std::vector<std::string> warnings;           ///< what was left out, and why
+  std::vector<std::string> material_warnings;  ///< the same of materials alone
 };
 
 /// How faces are taken.

@@ -144,6 +144,7 @@ void add_model(const std::string& stem, Model model, SceneDescription& scene) {
   append(std::move(model.spot_lights), scene.spot_lights);
   append(std::move(model.directional_lights), scene.directional_lights);
   append(std::move(model.warnings), scene.warnings);
+  append(std::move(model.material_warnings), scene.warnings);
 }
 
 }  // namespace penumbra

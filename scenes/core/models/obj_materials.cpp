@@ -62,8 +62,8 @@ void ObjMaterials::add_libraries(std::string_view names, int line) {
     if (std::error_code ignored; std::filesystem::exists(folder / name, ignored)) {
       read_library(folder / name);
     } else {
-      builder_.warn("line " + std::to_string(line) + ": material library \"" + name +
-                    "\" does not exist; its materials are grey");
+      builder_.warn_of_material("line " + std::to_string(line) + ": material library \"" + name +
+                                "\" does not exist; its materials are grey");
     }
   }
 }
@@ -126,8 +126,9 @@ std::uint32_t ObjMaterials::use(const std::string& name) {
     material = convert(entry->second, emission);
     material.name = name;
   } else {
-    builder_.warn(name.empty() ? "faces before the first \"usemtl\" are grey"
-                               : "material \"" + name + "\" is not defined; it is grey");
+    builder_.warn_of_material(name.empty()
+                                  ? "faces before the first \"usemtl\" are grey"
+                                  : "material \"" + name + "\" is not defined; it is grey");
   }
   builder_.model().materials.push_back(std::move(material));
   emissions_.push_back(emission);
@@ -168,7 +169,8 @@ void ObjMaterials::set_reflection(const Entry& entry, MaterialDescription& mater
     material.model = phong(entry, diffuse, specular);
   } else {
     if (has_highlight) {
-      builder_.warn("material \"" + values.name + "\": \"Ks\" without \"Ns\" is left out");
+      builder_.warn_of_material("material \"" + values.name +
+                                "\": \"Ks\" without \"Ns\" is left out");
     }
     material.model = LambertMaterial{phong(entry, diffuse, Rgb(0.0f)).diffuse};
   }
@@ -177,16 +179,16 @@ void ObjMaterials::set_reflection(const Entry& entry, MaterialDescription& mater
 PhongMaterial ObjMaterials::phong(const Entry& entry, Rgb diffuse, Rgb specular) {
   const float sum = max_channel(diffuse + specular);
   if (sum > 1.0f + 1e-6f) {
-    builder_.warn("material \"" + entry.values.name + "\": Kd + Ks reaches " + std::to_string(sum) +
-                  " and is scaled to 1");
+    builder_.warn_of_material("material \"" + entry.values.name + "\": Kd + Ks reaches " +
+                              std::to_string(sum) + " and is scaled to 1");
     diffuse *= 1.0f / sum;
     specular *= 1.0f / sum;
   }
   const double exponent = std::clamp(entry.values.shininess, 1.0, 1e6);
   if (!is_black(specular) && exponent != entry.values.shininess) {
-    builder_.warn("material \"" + entry.values.name + "\": Ns " +
-                  std::to_string(entry.values.shininess) + " is outside [1, 1e6] and taken as " +
-                  std::to_string(exponent));
+    builder_.warn_of_material("material \"" + entry.values.name + "\": Ns " +
+                              std::to_string(entry.values.shininess) +
+                              " is outside [1, 1e6] and taken as " + std::to_string(exponent));
   }
   return {diffuse, specular, static_cast<float>(exponent)};
 }
@@ -240,8 +242,9 @@ TextureDescription ObjMaterials::texture(const Entry& entry, const std::string& 
   const auto& s = options.scale;
   if (o[0] != 0 || o[1] != 0 || s[0] != 1 || s[1] != 1 || options.brightness != 0 ||
       options.contrast != 1 || options.turbulence[0] != 0 || options.turbulence[1] != 0) {
-    builder_.warn("material \"" + entry.values.name + "\": the options -o, -s, -t and -mm of " +
-                  keyword + " are not supported and left out");
+    builder_.warn_of_material("material \"" + entry.values.name +
+                              "\": the options -o, -s, -t and -mm of " + keyword +
+                              " are not supported and left out");
   }
   return texture;
 }
@@ -255,8 +258,8 @@ void ObjMaterials::warn_unsupported(const Entry& entry) {
                     "\": an emission with a texture (\"map_Ke\") is not supported; give \"Ke\"");
   }
   if (values.dissolve < 1.0) {
-    builder_.warn("material \"" + values.name + "\" is transparent (d " +
-                  std::to_string(values.dissolve) + "); it is taken as opaque");
+    builder_.warn_of_material("material \"" + values.name + "\" is transparent (d " +
+                              std::to_string(values.dissolve) + "); it is taken as opaque");
   }
   for (const auto& [keyword, rest] : entry.statements) {
     const auto is_one_of = [&](const auto& list) {
@@ -265,8 +268,8 @@ void ObjMaterials::warn_unsupported(const Entry& entry) {
     if (is_one_of(kSilent) || is_one_of(kTextures) || keyword == "d" || keyword == "Tr") continue;
     const bool is_number = keyword[0] == 'P' || keyword.starts_with("aniso");
     if (is_number && rest.find_first_of("123456789") == std::string::npos) continue;
-    builder_.warn("material \"" + values.name + "\": \"" + keyword +
-                  "\" is not supported and left out");
+    builder_.warn_of_material("material \"" + values.name + "\": \"" + keyword +
+                              "\" is not supported and left out");
   }
 }
 
