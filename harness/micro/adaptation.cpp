@@ -121,12 +121,21 @@ class PmcHiEstimate {
   std::vector<pmc_hi::Iteration> iterations_;
 };
 
+// With the cone at every point, which is the most that there can be to adapt.
+ParamSet pmc_hi_params() {
+  std::vector<ParamProblem> problems;
+  ParamSet params = resolve_params(find_estimator("pmc_hi")->params(),
+                                   {{"cone", std::string("always")}}, problems);
+  PN_CHECK(problems.empty(), "the parameter exists");
+  return params;
+}
+
 // Counts, Eq. 6, cone and combination, as a share of pmc_hi's estimates.
 void adapt_pmc_hi(benchmark::State& state, const BenchTile& tile, const Budget& budget) {
   const EstimatorEntry& entry = *find_estimator("pmc_hi");
-  const pmc_hi::Settings settings = pmc_hi::read_settings(default_params(entry));
-  const std::unique_ptr<Estimator> estimator =
-      entry.create(*tile.scene, default_params(entry), budget);
+  const ParamSet params = pmc_hi_params();
+  const pmc_hi::Settings settings = pmc_hi::read_settings(params);
+  const std::unique_ptr<Estimator> estimator = entry.create(*tile.scene, params, budget);
   const Tile job = tile.tile(1);
   std::vector<Rgb> radiance(job.estimate_count());
   TileOutput out;
