@@ -27,8 +27,6 @@ class Occluders {
   bool may_be_between(const Light& light, std::int32_t index, const Vec3& from,
                       const Vec3& normal) const noexcept;
 
-  std::size_t memory_bytes() const noexcept { return shapes_.capacity() * sizeof(Bounds); }
-
  private:
   struct Bounds {
     Vec3 min{0.0f}, max{0.0f};
