@@ -1,7 +1,6 @@
 #include "scenes/core/scene.h"
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
 #include <utility>
 
@@ -80,10 +79,10 @@ Scene::Scene(SceneDescription description, const SceneOptions& options)
   geometries_.reserve(scene.shapes.size());
   for (const ShapeDescription& shape : scene.shapes) add_shape(shape);
   add_lights(scene);
-  const auto build_start = std::chrono::steady_clock::now();
-  rays_.commit();
-  traits_.ray_scene_build_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - build_start).count();
+  {
+    const PartTimer timer(traits_.ray_scene_build_s);
+    rays_.commit();
+  }
   work_out_traits(scene);
 }
 

@@ -25,19 +25,19 @@ struct SceneParts {
   ScenePart delta_lights;     ///< lights without a density
 };
 
-/// Adds the time of its own life to a part.
+/// Adds the time of its own life to a sum in seconds, of a part for example.
 class PartTimer {
  public:
-  explicit PartTimer(ScenePart& part) : part_(&part), start_(std::chrono::steady_clock::now()) {}
+  explicit PartTimer(double& sum_s) : sum_s_(&sum_s), start_(std::chrono::steady_clock::now()) {}
+  explicit PartTimer(ScenePart& part) : PartTimer(part.build_s) {}
   ~PartTimer() {
-    part_->build_s +=
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    *sum_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
   PartTimer(const PartTimer&) = delete;
   PartTimer& operator=(const PartTimer&) = delete;
 
  private:
-  ScenePart* part_;
+  double* sum_s_;
   std::chrono::steady_clock::time_point start_;
 };
 

@@ -181,19 +181,11 @@ GltfDocument::GltfDocument(std::filesystem::path file) : file_(std::move(file)) 
 
 void GltfDocument::load_text(const std::string& bytes) {
   if (is_nested_too_deeply(bytes)) fault("JSON is nested more than 64 times");
-  tinygltf::TinyGLTF loader;
-  FileAccess access{std::filesystem::absolute(file_).parent_path().string()};
-  configure(loader, access);
-  std::string error, warning;
-  bool sound = false;
-  try {
-    sound = loader.LoadASCIIFromString(&model_, &error, &warning, bytes.data(),
-                                       static_cast<unsigned>(bytes.size()), access.folder);
-  } catch (const std::exception& thrown) {
-    error += thrown.what();
-  }
-  // Some faults of optional parts are told without failing.
-  if (!sound || !error.empty()) fault(trimmed(error));
+  load([&](tinygltf::TinyGLTF& loader, std::string& error, const std::string& folder) {
+    std::string ignored;
+    return loader.LoadASCIIFromString(&model_, &error, &ignored, bytes.data(),
+                                      static_cast<unsigned>(bytes.size()), folder);
+  });
 }
 
 void GltfDocument::load_binary(const std::string& bytes) {
@@ -216,18 +208,28 @@ void GltfDocument::load_binary(const std::string& bytes) {
   if (is_nested_too_deeply(std::string_view(bytes).substr(20, json_end - 20))) {
     fault("JSON is nested more than 64 times");
   }
+  load([&](tinygltf::TinyGLTF& loader, std::string& error, const std::string& folder) {
+    std::string ignored;
+    return loader.LoadBinaryFromMemory(&model_, &error, &ignored,
+                                       reinterpret_cast<const unsigned char*>(bytes.data()),
+                                       static_cast<unsigned>(bytes.size()), folder);
+  });
+}
+
+/// Runs parse(loader, error, folder of the file), and reports what it did not understand.
+template <typename Parse>
+void GltfDocument::load(Parse parse) {
   tinygltf::TinyGLTF loader;
   FileAccess access{std::filesystem::absolute(file_).parent_path().string()};
   configure(loader, access);
-  std::string error, warning;
+  std::string error;
   bool sound = false;
   try {
-    sound = loader.LoadBinaryFromMemory(&model_, &error, &warning,
-                                        reinterpret_cast<const unsigned char*>(bytes.data()),
-                                        static_cast<unsigned>(bytes.size()), access.folder);
+    sound = parse(loader, error, access.folder);
   } catch (const std::exception& thrown) {
     error += thrown.what();
   }
+  // Some faults of optional parts are told without failing.
   if (!sound || !error.empty()) fault(trimmed(error));
 }
 

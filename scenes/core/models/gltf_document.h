@@ -54,6 +54,8 @@ class GltfDocument {
                     std::size_t element_bytes) const;
   void load_text(const std::string& bytes);
   void load_binary(const std::string& bytes);
+  template <typename Parse>
+  void load(Parse parse);
   void check_extensions() const;
   template <typename Read>
   void read(int accessor, int components, std::size_t count, Read read_element) const;
