@@ -46,17 +46,22 @@ struct SceneConfig {
   ReferenceConfig reference;
 };
 
-/// One row family of the table: an estimator with values or sweeps of its parameters.
+/// A value of every named axis; the names are "sampler", "spp", "srl" and those of parameters.
+using SweepValues = std::map<std::string, ParamValue>;
+
+/// One row family of the table: an estimator with values or sweeps of its parameters (sweep.h).
 struct MethodConfig {
   std::string label;  ///< unique; names rows, files and curves
   std::string estimator;
-  std::optional<std::string>
-      sampler;           ///< pins the point set; otherwise every sampler of the experiment
-  std::vector<Srl> srl;  ///< a sweep where more than one
-  std::map<std::string, std::vector<ParamValue>>
-      params;                               ///< a sweep where a list has more than one value
-  std::map<std::string, double> published;  ///< a publication's efficiency by scene name, in its
-                                            ///< own unit
+  std::vector<std::string> samplers;  ///< empty: every sampler of the experiment
+  std::vector<int> spp;               ///< estimates per pixel; empty: the experiment's
+  std::vector<Srl> srl;               ///< at least one
+  std::map<std::string, std::vector<ParamValue>> params;
+  std::vector<std::vector<std::string>> zip;  ///< axes that advance together
+  std::vector<SweepValues> exclude;           ///< combinations that are left out
+  std::vector<std::string> tags;              ///< for --tag
+  std::map<std::string, double> published;    ///< a publication's efficiency by scene name, in its
+                                              ///< own unit
 };
 
 /// Which number of the plan is solved for to meet the time budget.
@@ -66,7 +71,7 @@ enum class SolveFor {
 };
 
 struct BudgetConfig {
-  double time_cpu_s{0};  ///< CPU seconds of the estimation alone
+  std::vector<double> times_cpu_s;  ///< CPU seconds of the estimation alone; a curve where several
   SolveFor solve_for{SolveFor::Spp};
   int pilots{3};           ///< pilot runs per cell and level
   double tolerance{0.05};  ///< allowed relative miss of the realised time
@@ -101,6 +106,7 @@ struct ExperimentConfig {
   int spp{8};                          ///< estimates per pixel, unless solved for
   std::optional<BudgetConfig> budget;  ///< none: SPP and SRL as given
   int blocks{5};
+  int attempts{3};  ///< of a run whose time was disturbed; its image is the same each time
   double relmse_epsilon{0.01};  ///< relMSE denominator: reference^2 + epsilon * mean(reference)^2
   ImagesConfig images;
   std::string resolved_json;  ///< the whole config after --set, defaults included, canonical

@@ -19,16 +19,29 @@ void ConfigReader::read_budget() {
   if (!root_.is_object() || !root_.contains("budget")) return;
   const json& value = object_member(root_, "budget");
   BudgetConfig& budget = config_.budget.emplace();
-  take(value, "time_cpu_s", budget.time_cpu_s);
+  const std::string times = child_pointer("/budget", "time_cpu_s");
+  if (value.contains("time_cpu_s")) {
+    for (const Item& item : axis_items(value["time_cpu_s"], times, false)) {
+      if (item.value.is_number()) budget.times_cpu_s.push_back(item.value.get<double>());
+    }
+  }
+  for (const double time_s : budget.times_cpu_s) {
+    if (!(time_s > 0.0)) fault(times, "expected times above 0, found " + json(time_s).dump());
+  }
   take(value, "pilots", budget.pilots);
   take(value, "tolerance", budget.tolerance);
   std::string solve_for = "spp";
   take(value, "solve_for", solve_for);
   budget.solve_for = solve_for == "srl" ? SolveFor::Srl : SolveFor::Spp;
-  if (budget.solve_for == SolveFor::Spp) return;
+  const bool solves_spp = budget.solve_for == SolveFor::Spp;
   for (std::size_t i = 0; i < config_.methods.size(); ++i) {
-    if (config_.methods[i].srl.size() > 1) {
-      fault(child_pointer(child_pointer("/methods", i), "srl"),
+    const MethodConfig& method = config_.methods[i];
+    const std::string place = child_pointer("/methods", i);
+    if (solves_spp && !method.spp.empty()) {
+      fault(child_pointer(place, "spp"), "the budget solves for spp, so it cannot be given");
+    }
+    if (!solves_spp && method.srl.size() > 1) {
+      fault(child_pointer(place, "srl"),
             "the budget solves for srl, so it cannot be a list; it gives the split and the start");
     }
   }
@@ -124,25 +137,31 @@ void ConfigReader::check_baselines() {
   if (root_.contains("baseline")) find(config_.baseline, "/baseline");
   if (!config_.tuned_baseline) return;
   const MethodConfig* const tuned = find(*config_.tuned_baseline, "/tuned_baseline");
-  if (tuned != nullptr && !tuned->sampler) {
+  if (tuned != nullptr && tuned->samplers.size() != 1) {
     fault("/tuned_baseline",
-          "method \"" + tuned->label + "\" must name its sampler to be the tuned baseline");
+          "method \"" + tuned->label + "\" must name one sampler to be the tuned baseline");
   }
 }
 
 void ConfigReader::check_samples() {
   if (config_.budget && config_.budget->solve_for == SolveFor::Spp) return;
+  const bool spp_given = root_.is_object() && root_.contains("spp");
   for (std::size_t i = 0; i < config_.scenes.size(); ++i) {
-    const SceneConfig& scene = config_.scenes[i];
-    if (config_.spp >= scene.camera_samples) continue;
-    const std::string message =
-        "every shading point needs an estimate: expected spp >= camera_samples, found spp " +
-        std::to_string(config_.spp) + " and camera_samples " +
-        std::to_string(scene.camera_samples) + " of scene \"" + scene.name + "\"";
-    const bool spp_given = root_.is_object() && root_.contains("spp");
-    fault(spp_given ? "/spp" : child_pointer(child_pointer("/scenes", i), "camera_samples"),
-          message);
+    const std::string samples = child_pointer(child_pointer("/scenes", i), "camera_samples");
+    check_spp(config_.spp, config_.scenes[i], spp_given ? "/spp" : samples);
+    for (std::size_t m = 0; m < config_.methods.size(); ++m) {
+      const std::string place = child_pointer(child_pointer("/methods", m), "spp");
+      for (const int spp : config_.methods[m].spp) check_spp(spp, config_.scenes[i], place);
+    }
   }
+}
+
+void ConfigReader::check_spp(int spp, const SceneConfig& scene, const std::string& pointer) {
+  if (spp >= scene.camera_samples) return;
+  fault(pointer,
+        "every shading point needs an estimate: expected spp >= camera_samples, found spp " +
+            std::to_string(spp) + " and camera_samples " + std::to_string(scene.camera_samples) +
+            " of scene \"" + scene.name + "\"");
 }
 
 }  // namespace penumbra

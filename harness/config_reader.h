@@ -2,7 +2,7 @@
 
 #include <array>
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -34,8 +34,23 @@ class ConfigReader {
                       const SceneConfig& scene, ReferenceConfig& reference);
 
   MethodConfig read_method(const nlohmann::json& value, const std::string& pointer);
-  void read_sweeps(const nlohmann::json& params, const std::string& pointer,
+
+  /// One value of an axis and where it is written.
+  struct Item {
+    nlohmann::json value;
+    std::string pointer;
+  };
+  /// The values of a single value, a list or a range.
+  /// @param whole  the axis has whole numbers
+  std::vector<Item> axis_items(const nlohmann::json& value, const std::string& pointer, bool whole);
+  std::vector<Item> srl_items(const nlohmann::json& value, const std::string& pointer);
+  void read_axes(const nlohmann::json& value, const std::string& pointer,
+                 const EstimatorEntry* entry, MethodConfig& method);
+  void read_params(const nlohmann::json& params, const std::string& pointer,
                    const EstimatorEntry& entry, MethodConfig& method);
+  void read_zip(const nlohmann::json& zip, const std::string& pointer, MethodConfig& method);
+  void read_exclude(const nlohmann::json& exclude, const std::string& pointer,
+                    const EstimatorEntry* entry, MethodConfig& method);
   void read_published(const nlohmann::json& published, const std::string& pointer,
                       MethodConfig& method);
   const EstimatorEntry* find_entry(const std::string& name, const std::string& pointer);
@@ -50,6 +65,7 @@ class ConfigReader {
   void check_names();
   void check_baselines();
   void check_samples();
+  void check_spp(int spp, const SceneConfig& scene, const std::string& pointer);
 
   const LocatedJson& document_;
   const nlohmann::json& root_;

@@ -36,6 +36,7 @@ struct Options {
   RenderOptions render;
   InspectOptions inspect;
   ReplayOptions replay;
+  std::filesystem::path report;
 };
 
 void add_list(CLI::App& app, Options& o) {
@@ -64,7 +65,11 @@ void add_config_commands(CLI::App& app, Options& o) {
   add_config(*run, o.run.config);
   run->add_option("--out", o.run.out, "Folder of the results [results/<name of the config>]");
   run->add_option("--only", o.run.only, "Glob on scene/label/sampler: only these cells");
+  run->add_option("--tag", o.run.tag, "Only methods with this tag");
   run->add_option("--threads", o.run.threads, "0: all cores");
+
+  CLI::App* report = app.add_subcommand("report", "Makes all tables of a result folder again");
+  report->add_option("DIR", o.report, "Folder of a run's results")->required();
 }
 
 void add_render(CLI::App& app, Options& o) {
@@ -122,6 +127,7 @@ int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("plan")) return plan_command(o.plan);
   if (app.got_subcommand("reference")) return reference_command(o.reference);
   if (app.got_subcommand("run")) return run_command(o.run);
+  if (app.got_subcommand("report")) return report_command(o.report);
   if (app.got_subcommand("render")) return render_command(o.render);
   if (app.got_subcommand("replay")) return replay_command(o.replay);
   return inspect_command(o.inspect);

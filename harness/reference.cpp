@@ -10,7 +10,6 @@
 #include "harness/keys.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
-#include "harness/render.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -68,15 +67,7 @@ class ReferenceJob {
   // estimates per pixel.
   void run(int target) {
     const ReferenceConfig& config = scene_.config->reference;
-    std::vector<ParamProblem> problems;
-    RenderSettings settings;
-    settings.estimator = find_estimator(config.estimator);
-    PN_CHECK(settings.estimator != nullptr, "the config was checked");
-    settings.params = resolve_params(settings.estimator->params(), config.params, problems);
-    settings.budget = {*parse_sampler_kind(config.sampler), config.srl.initial,
-                       config.srl.adaptive};
-    settings.threads = threads_;
-    settings.spp = scene_.points.camera_samples;
+    RenderSettings settings = reference_settings(scene_, threads_);
     const int begun = spp();
     lineage_.push_back({{"estimator", config.estimator},
                         {"sampler", config.sampler},
@@ -180,6 +171,19 @@ std::string reference_id(const LoadedScene& scene) {
                   std::to_string(scene.points.width), std::to_string(scene.points.height),
                   std::to_string(scene.points.camera_samples), std::to_string(kCameraSeed),
                   std::to_string(kCoreVersion)});
+}
+
+RenderSettings reference_settings(const LoadedScene& scene, int threads) {
+  const ReferenceConfig& config = scene.config->reference;
+  std::vector<ParamProblem> problems;
+  RenderSettings settings;
+  settings.estimator = find_estimator(config.estimator);
+  PN_CHECK(settings.estimator != nullptr, "the config was checked");
+  settings.params = resolve_params(settings.estimator->params(), config.params, problems);
+  settings.budget = {*parse_sampler_kind(config.sampler), config.srl.initial, config.srl.adaptive};
+  settings.threads = threads;
+  settings.spp = scene.points.camera_samples;
+  return settings;
 }
 
 std::optional<std::filesystem::path> find_reference_file(const std::string& scene_name,

@@ -7,6 +7,7 @@
 #include "harness/config.h"
 #include "harness/exr.h"
 #include "harness/metrics.h"
+#include "harness/render.h"
 #include "harness/scene_store.h"
 
 /// References: the truth of a scene's shading points as two independent halves, found by a hash of
@@ -26,6 +27,9 @@ struct Reference {
 /// Hash of all that decides the truth: scene content and resolution, camera samples, quantity, core
 /// version. How the reference was sampled does not take part.
 std::string reference_id(const LoadedScene& scene);
+
+/// How a reference is rendered: one pass with one estimate per camera sample.
+RenderSettings reference_settings(const LoadedScene& scene, int threads);
 
 /// Where references are looked for: references/small/ (in git), then references/ (a cache).
 std::optional<std::filesystem::path> find_reference_file(const std::string& scene_name,

@@ -88,7 +88,13 @@ constexpr std::array kRunColumns{
     PN_RUN(cell), PN_RUN(params), PN_RUN(camera_samples), PN_RUN(samples), PN_RUN(order),
     PN_RUN(failure), PN_RUN(reference_mean), PN_RUN(reference_mean_se), PN_RUN(reference_floor),
     later_column<&RunRow::image_hash>("image_hash"),
-    later_column<&RunRow::geometry>("geometry")};
+    later_column<&RunRow::geometry>("geometry"),
+    later_column<&RunRow::attempt>("attempt"),
+    later_column<&RunRow::contaminated>("contaminated"),
+    later_column<&RunRow::load_average>("load_average"),
+    later_column<&RunRow::steal_share>("steal_share"),
+    later_column<&RunRow::switches_voluntary>("switches_voluntary"),
+    later_column<&RunRow::switches_involuntary>("switches_involuntary")};
 
 constexpr std::array kEfficiencyColumns{
     PN_EFF(scene), PN_EFF(label), PN_EFF(estimator), PN_EFF(spp), PN_EFF(srl), PN_EFF(population),

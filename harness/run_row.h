@@ -61,9 +61,15 @@ struct RunRow {
   std::optional<double> reference_mean;     ///< in the unit of the quantity
   std::optional<double> reference_mean_se;  ///< its standard error
   std::optional<double> reference_floor;    ///< u_ref, in the unit of mse
-  std::string image_hash;  ///< of all bits of the image in double precision, of failed runs too;
-                           ///< empty in files of versions that did not write it
-  std::string geometry;    ///< of the scene: own, generated or models; likewise
+  std::string image_hash;    ///< of all bits of the image in double precision, of failed runs too;
+                             ///< empty in files of versions that did not write it
+  std::string geometry;      ///< of the scene: own, generated or models; likewise
+  int attempt{0};            ///< 0 first; a run whose time was disturbed is tried again
+  std::string contaminated;  ///< what disturbed the time; empty: nothing seen
+  std::optional<double> load_average;  ///< run_conditions.h explains these
+  std::optional<double> steal_share;
+  std::optional<std::int64_t> switches_voluntary;
+  std::optional<std::int64_t> switches_involuntary;
 
   friend bool operator==(const RunRow&, const RunRow&) = default;
 };

@@ -9,6 +9,8 @@
 /// and the like, and main turns them into a message and a code.
 namespace penumbra {
 
+struct Report;
+
 /// Exit codes of the program (README.md has the table).
 enum ExitCode : int {
   kSuccess = 0,
@@ -48,10 +50,17 @@ struct RunCommandOptions {
   ConfigOptions config;
   std::filesystem::path out;  ///< empty: results/<config name>
   std::string only;
+  std::string tag;
   std::optional<int> threads;
   std::string command_line;
 };
 int run_command(const RunCommandOptions& options);
+
+/// Makes all tables of a result folder again from its raw rows.
+int report_command(const std::filesystem::path& folder);
+
+/// Prints a report's table, and what was left out.
+void show_report(const Report& report);
 
 struct RenderOptions {
   std::string scene;  ///< name of a shipped scene or a scene file

@@ -2,13 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "harness/calibration.h"
 #include "harness/commands/commands.h"
 #include "harness/experiment.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
-#include "harness/table_text.h"
+#include "harness/report.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -25,6 +27,64 @@ double picture_bytes(const LoadedScene& scene, bool maps) {
   const double pixels = static_cast<double>(scene.points.width) * scene.points.height;
   return pixels * (9.0 + (maps ? static_cast<double>(scene.scene->lights().size()) + 2.0 : 0.0)) *
          4.0;
+}
+
+// A picture's files, per pixel: EXR and PNG are compressed on one core.
+constexpr double kWriting_s = 1.2e-6;
+
+void print_cells(const Experiment& experiment, const std::vector<PlannedCell>& plan) {
+  fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10}\n", "scene", "label", "sampler", "spp", "SRL",
+             "CPU s/run");
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    const Cell& cell = experiment.cells()[i];
+    fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10.3f}\n",
+               experiment.scenes()[cell.scene].config->name, cell.label, to_string(cell.sampler),
+               plan[i].spp, plan[i].srl.text(), plan[i].predicted_s);
+  }
+}
+
+// Time that the missing samples of a reference take, from one pass of it.
+double reference_s(const LoadedScene& scene, int threads) {
+  const auto file = find_reference_file(scene.scene->name(), reference_id(scene));
+  const int have = file ? read_reference(*file, reference_id(scene)).spp : 0;
+  const int missing = std::max(0, scene.config->reference.spp - have);
+  if (missing == 0) return 0.0;
+  const RenderSettings settings = reference_settings(scene, threads);
+  return render(*scene.scene, scene.points, settings).time_wall_s * missing / settings.spp;
+}
+
+struct SpentTime {
+  double loading_s{0}, pilots_s{0};
+};
+
+// Of the whole of `penumbra run`, which loads and pilots again.
+void print_prediction(const Experiment& experiment, const std::vector<PlannedCell>& plan,
+                      const SpentTime& spent) {
+  const ExperimentConfig& config = experiment.config();
+  const int threads = resolve_threads(config.threads);
+  double references = 0.0;
+  for (const LoadedScene& scene : experiment.scenes()) references += reference_s(scene, threads);
+  double blocks = 0.0, pictures = 0.0, bytes = 0.0;
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    const Cell& cell = experiment.cells()[i];
+    const LoadedScene& scene = experiment.scenes()[cell.scene];
+    const double run_s = plan[i].predicted_s / threads;
+    blocks += run_s * config.blocks;
+    if (!has_pictures(config, cell)) continue;
+    pictures += run_s + kWriting_s * scene.points.width * scene.points.height;
+    bytes += picture_bytes(scene, config.images.maps);
+  }
+  fmt::print("\n{} cells x {} blocks on {} threads\n", plan.size(), config.blocks, threads);
+  const auto line = [](const char* what, double time_s) {
+    fmt::print("  {:<26} {}\n", what, duration_text(time_s));
+  };
+  line("scenes and shading points", spent.loading_s);
+  line("references", references);
+  line("pilots and plan", spent.pilots_s);
+  line("blocks", blocks);
+  line("pictures", pictures);
+  line("together", spent.loading_s + references + spent.pilots_s + blocks + pictures);
+  fmt::print("  {:<26} {:.0f} MB\n", "disk", megabytes(bytes));
 }
 
 // Says which cells did not take the time they were given: their errors are not at equal time, their
@@ -51,31 +111,15 @@ int validate_command(const ConfigOptions& options) {
 }
 
 int plan_command(const ConfigOptions& options) {
+  Stopwatch loading;
   const Experiment experiment(load(options), {});
-  const ExperimentConfig& config = experiment.config();
-  const std::vector<Cell>& cells = experiment.cells();
-  const std::vector<PlannedCell> plan = run_pilots(config, experiment.scenes(), cells);
-  const double threads = resolve_threads(config.threads);
-  fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10}\n", "scene", "label", "sampler", "spp", "SRL",
-             "CPU s/run");
-  double total = 0.0;
-  double bytes = 0.0;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const LoadedScene& scene = experiment.scenes()[cells[i].scene];
-    fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10.3f}\n", scene.config->name, cells[i].label,
-               to_string(cells[i].sampler), plan[i].spp, plan[i].srl.text(), plan[i].predicted_s);
-    total += plan[i].predicted_s * config.blocks / threads;
-    bytes += picture_bytes(scene, config.images.maps);
-  }
-  fmt::print("\n{} cells x {} blocks: {} for the blocks on {} threads, {:.0f} MB of pictures\n",
-             cells.size(), config.blocks, duration_text(total), threads, megabytes(bytes));
-  for (const LoadedScene& scene : experiment.scenes()) {
-    const std::string id = reference_id(scene);
-    const auto file = find_reference_file(scene.scene->name(), id);
-    fmt::print("reference of {}: {}\n", scene.config->name,
-               file ? file->string()
-                    : "to be rendered, " + std::to_string(scene.config->reference.spp) + " spp");
-  }
+  const double loading_s = loading.wall_s();
+  const Stopwatch piloting;
+  const std::vector<PlannedCell> plan =
+      run_pilots(experiment.config(), experiment.scenes(), experiment.cells());
+  const double pilots_s = experiment.config().budget ? piloting.wall_s() : 0.0;
+  print_cells(experiment, plan);
+  print_prediction(experiment, plan, {loading_s, pilots_s});
   return kSuccess;
 }
 
@@ -103,13 +147,21 @@ int run_command(const RunCommandOptions& options) {
   RunOptions run_options;
   run_options.out = options.out.empty() ? project_root() / "results" / config.name : options.out;
   run_options.only = options.only;
+  run_options.tag = options.tag;
   run_options.command_line = options.command_line;
   Experiment experiment(std::move(config), run_options);
   const RunOutcome outcome = experiment.run();
 
-  const std::vector<EfficiencyRow> table = experiment.table();
-  fmt::print("{}", to_terminal(table, experiment.table_options()));
-  warn_of_missed_budgets(experiment.config(), table);
+  const Report report = make_report(run_options.out);
+  write_report(report, run_options.out);
+  show_report(report);
+  warn_of_missed_budgets(experiment.config(), report.table);
+  if (outcome.rows_contaminated > 0) {
+    warn(
+        fmt::format("{} runs were disturbed by other work on the machine in all {} attempts; the "
+                    "column \"contaminated\" of measurements.csv says how",
+                    outcome.rows_contaminated, experiment.config().attempts));
+  }
   fmt::print("\n{} runs measured, {} found in {}\n", outcome.rows_measured, outcome.rows_found,
              run_options.out.string());
   double total = 0.0;

@@ -170,7 +170,7 @@ TEST_F(Config, RefusesABaselineThatIsNoLabel) {
 TEST_F(Config, RefusesATunedBaselineWithoutItsOwnSampler) {
   json config = small_config();
   config["tuned_baseline"] = "MIS";
-  expect_fault(config, "/tuned_baseline", "method \"MIS\" must name its sampler");
+  expect_fault(config, "/tuned_baseline", "method \"MIS\" must name one sampler");
 }
 
 TEST_F(Config, ListsTheScenesThatExist) {
