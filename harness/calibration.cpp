@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "harness/keys.h"
 #include "harness/progress.h"
@@ -21,7 +22,7 @@ bool solves_srl(const ExperimentConfig& config) {
 /// The number that a budget solves for, set to n.
 Cell with_units(const ExperimentConfig& config, Cell cell, int n) {
   if (solves_srl(config)) {
-    cell.srl = split_srl(n, cell.estimator->adaptive);
+    cell.srl = scaled_srl(cell.srl, n);
   } else {
     cell.spp = n;
   }
@@ -55,6 +56,7 @@ class Pilots {
     if (cells_.empty()) return plan;
     // One discarded run warms caches and thread pool.
     measure(families_[0], families_[0].low.n, "warm");
+    if (config_.budget && config_.budget->match) measure_matched();
     first_levels();
     for (int round = 0; round < kCheckRounds && config_.budget; ++round) {
       if (!check_largest(round)) break;
@@ -83,17 +85,56 @@ class Pilots {
     }
     for (Family& family : families_) {
       std::sort(family.members.begin(), family.members.end(), [&](std::size_t a, std::size_t b) {
-        return cells_[a].budget_s < cells_[b].budget_s;
+        return cells_[a].budget_time < cells_[b].budget_time;
       });
-      family.low.n = least_units(representative(family));
+      choose_levels(representative(family), family);
+    }
+  }
+
+  void choose_levels(const Cell& cell, Family& family) const {
+    if (!config_.budget) {
+      family.low.n = cell.spp;
+    } else if (solves_srl(config_)) {
+      // On both sides of the given number, which is meant to be near the answer.
+      const int given = cell.srl.total();
+      family.low.n = std::max(least_units(cell), given / 2);
+      family.high.n = std::max(family.low.n + 1, given + given / 2);
+    } else {
+      family.low.n = least_units(cell);
       family.high.n = 3 * family.low.n;
     }
   }
 
   int least_units(const Cell& cell) const {
-    if (!config_.budget) return cell.spp;
-    if (!solves_srl(config_)) return scenes_[cell.scene].points.camera_samples;
-    return std::max(cell.estimator->min_srl, cell.estimator->adaptive ? 8 : 4);
+    if (solves_srl(config_)) return cell.estimator->min_srl;
+    return scenes_[cell.scene].points.camera_samples;
+  }
+
+  int given_units(const Cell& cell) const {
+    return solves_srl(config_) ? cell.srl.total() : cell.spp;
+  }
+
+  /// The one cell of a scene that gives it its budget, with the numbers of the config.
+  bool gives_budget(const Cell& cell) const {
+    return config_.budget->match == cell.label && cell.budget_time == 1.0;
+  }
+
+  double budget_s(const Cell& cell) const {
+    return config_.budget->match ? *cell.budget_time * matched_s_.at(cell.scene)
+                                 : *cell.budget_time;
+  }
+
+  void measure_matched() {
+    std::map<std::size_t, std::vector<double>> times_s;
+    for (int round = 0; round < config_.budget->pilots; ++round) {
+      in_order(round, [&](Family& family) {
+        const Cell& cell = representative(family);
+        if (cell.label != *config_.budget->match) return;
+        times_s[cell.scene].push_back(
+            measure(family, given_units(cell), "match " + std::to_string(round)));
+      });
+    }
+    for (const auto& [scene, times] : times_s) matched_s_[scene] = hodges_lehmann(times);
   }
 
   double measure(const Family& family, int n, const std::string& round) const {
@@ -142,14 +183,14 @@ class Pilots {
   }
 
   int units(const Family& family, const Cell& cell) const {
-    const std::int64_t n = samples_for_time(family.fit, *cell.budget_s).value_or(0);
-    const int least =
-        solves_srl(config_) ? family.low.n : scenes_[cell.scene].points.camera_samples;
+    if (gives_budget(cell)) return given_units(cell);
+    const std::int64_t n = samples_for_time(family.fit, budget_s(cell)).value_or(0);
+    const int least = least_units(cell);
     if (n < least) {
       throw InputError(fmt::format(
           "budget of {} s is too small for \"{}\" on scene \"{}\": it pays for {} {}, {} are the "
           "least (about {:.2g} s)",
-          *cell.budget_s, cell.label, scenes_[cell.scene].config->name, n,
+          budget_s(cell), cell.label, scenes_[cell.scene].config->name, n,
           solves_srl(config_) ? "shadow rays per light" : "estimates per pixel", least,
           family.fit.fixed_s + family.fit.per_sample_s * least));
     }
@@ -165,17 +206,17 @@ class Pilots {
     in_order(round, [&](Family& family) {
       progress.update(++done, representative(family).label);
       if (family.settled) return;
-      const double budget_s = *representative(family).budget_s;
-      const int n = units(family, representative(family));
-      if (n <= family.low.n) {
-        family.settled = true;  // the least there is
+      const Cell& largest = representative(family);
+      const int n = units(family, largest);
+      if (n <= family.low.n || gives_budget(largest)) {
+        family.settled = true;
         return;
       }
       const double time_s = measure(family, n, "check " + std::to_string(round));
       // A whole number of units meets a budget to one unit only.
       const double allowed_s =
-          std::max(config_.budget->tolerance * budget_s, family.fit.per_sample_s);
-      family.settled = std::abs(time_s - budget_s) <= allowed_s;
+          std::max(config_.budget->tolerance * budget_s(largest), family.fit.per_sample_s);
+      family.settled = std::abs(time_s - budget_s(largest)) <= allowed_s;
       if (family.settled) return;
       if (family.high.n != n) family.high = {n, {}};
       family.high.times_s.push_back(time_s);
@@ -190,7 +231,7 @@ class Pilots {
     const Cell& cell = cells_[index];
     if (!config_.budget) {
       const double time_s = family.low.times_s.front();
-      return {cell.id, cell.spp, cell.srl, 0.0, time_s / cell.spp, time_s};
+      return {cell.id, cell.spp, cell.srl, 0.0, time_s / cell.spp, time_s, std::nullopt};
     }
     const int n = units(family, cell);
     const Cell solved = with_units(config_, cell, n);
@@ -199,7 +240,8 @@ class Pilots {
             solved.srl,
             family.fit.fixed_s,
             family.fit.per_sample_s,
-            family.fit.fixed_s + family.fit.per_sample_s * n};
+            family.fit.fixed_s + family.fit.per_sample_s * n,
+            budget_s(cell)};
   }
 
   const ExperimentConfig& config_;
@@ -207,6 +249,7 @@ class Pilots {
   const std::vector<Cell>& cells_;
   int threads_;
   std::vector<Family> families_;
+  std::map<std::size_t, double> matched_s_;  // CPU time by scene
 };
 
 }  // namespace

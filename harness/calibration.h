@@ -13,6 +13,7 @@ namespace penumbra {
 /// pilots at two small n. It is then checked at the n that it gives for the largest budget; where
 /// the time there misses the budget by more than the tolerance, the line is drawn anew through that
 /// point, at most kCheckRounds times. So smaller budgets are interpolated, never extrapolated.
+/// Where the budget is the time of a method, that is measured first, at the numbers it is given.
 /// Cells without a budget get their prediction from one run.
 /// @throws InputError when a budget does not pay for the least number of samples
 /// @throws RunError when the times do not grow with the work

@@ -42,7 +42,8 @@ struct SceneConfig {
   std::string name;            ///< a folder of scenes/, or any label when `file` is given
   std::filesystem::path file;  ///< resolved path of the scene file
   std::optional<std::array<int, 2>> resolution;  ///< overrides the scene's camera
-  int camera_samples{4};  ///< fixed shading points per pixel; the truth is their mean
+  int camera_samples{4};   ///< fixed shading points per pixel; the truth is their mean
+  std::optional<int> spp;  ///< estimates per pixel here; methods' own come first
   ReferenceConfig reference;
 };
 
@@ -53,9 +54,10 @@ using SweepValues = std::map<std::string, ParamValue>;
 struct MethodConfig {
   std::string label;  ///< unique; names rows, files and curves
   std::string estimator;
-  std::vector<std::string> samplers;  ///< empty: every sampler of the experiment
-  std::vector<int> spp;               ///< estimates per pixel; empty: the experiment's
-  std::vector<Srl> srl;               ///< at least one
+  std::vector<std::string> samplers;        ///< empty: every sampler of the experiment
+  std::vector<int> spp;                     ///< estimates per pixel; empty: the experiment's
+  std::vector<Srl> srl;                     ///< at least one
+  std::map<std::string, Srl> srl_by_scene;  ///< in place of `srl`, which is then one value
   std::map<std::string, std::vector<ParamValue>> params;
   std::vector<std::vector<std::string>> zip;  ///< axes that advance together
   std::vector<SweepValues> exclude;           ///< combinations that are left out
@@ -71,7 +73,10 @@ enum class SolveFor {
 };
 
 struct BudgetConfig {
-  std::vector<double> times_cpu_s;  ///< CPU seconds of the estimation alone; a curve where several
+  std::vector<double> times;  ///< CPU seconds of the estimation alone, or multiples of the time of
+                              ///< `match`; a curve where several
+  std::optional<std::string> match;  ///< label of the method whose time, at the numbers that it is
+                                     ///< given, is the budget of all others in its scene
   SolveFor solve_for{SolveFor::Spp};
   int pilots{3};           ///< pilot runs per cell and level
   double tolerance{0.05};  ///< allowed relative miss of the realised time

@@ -94,6 +94,7 @@ SceneConfig ConfigReader::read_scene(const json& value, const std::string& point
   find_scene_file(value, pointer, scene);
   scene.resolution = take_integers<2>(value, "resolution");
   take(value, "camera_samples", scene.camera_samples);
+  if (value.is_object() && value.contains("spp")) take(value, "spp", scene.spp.emplace());
   read_reference(object_member(value, "reference"), child_pointer(pointer, "reference"), scene,
                  scene.reference);
   return scene;
@@ -187,16 +188,19 @@ MethodConfig ConfigReader::read_method(const json& value, const std::string& poi
 
 void ConfigReader::read_published(const json& published, const std::string& pointer,
                                   MethodConfig& method) {
-  std::vector<std::string> scenes;
-  for (const SceneConfig& scene : config_.scenes) scenes.push_back(scene.name);
   for (const auto& [scene, efficiency] : published.items()) {
-    const std::string place = child_pointer(pointer, scene);
-    if (std::find(scenes.begin(), scenes.end(), scene) == scenes.end()) {
-      faults_.add(document_.key_at(place), place, unknown_name("scene", scene, scenes));
-    } else if (efficiency.is_number()) {
-      method.published[scene] = efficiency.get<double>();
-    }
+    if (!check_scene_key(scene, child_pointer(pointer, scene))) continue;
+    if (efficiency.is_number()) method.published[scene] = efficiency.get<double>();
   }
+}
+
+/// @return whether a key names a scene of this config
+bool ConfigReader::check_scene_key(const std::string& scene, const std::string& pointer) {
+  std::vector<std::string> scenes;
+  for (const SceneConfig& known : config_.scenes) scenes.push_back(known.name);
+  if (std::find(scenes.begin(), scenes.end(), scene) != scenes.end()) return true;
+  faults_.add(document_.key_at(pointer), pointer, unknown_name("scene", scene, scenes));
+  return false;
 }
 
 }  // namespace penumbra

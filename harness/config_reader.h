@@ -46,6 +46,9 @@ class ConfigReader {
   std::vector<Item> srl_items(const nlohmann::json& value, const std::string& pointer);
   void read_axes(const nlohmann::json& value, const std::string& pointer,
                  const EstimatorEntry* entry, MethodConfig& method);
+  void read_srl_by_scene(const nlohmann::json& by_scene, const std::string& pointer,
+                         const EstimatorEntry* entry, MethodConfig& method);
+  bool check_scene_key(const std::string& scene, const std::string& pointer);
   void read_params(const nlohmann::json& params, const std::string& pointer,
                    const EstimatorEntry& entry, MethodConfig& method);
   void read_zip(const nlohmann::json& zip, const std::string& pointer, MethodConfig& method);
@@ -58,6 +61,7 @@ class ConfigReader {
                               const EstimatorEntry* entry);
 
   void read_budget();
+  void read_budget_times(const nlohmann::json& value, BudgetConfig& budget);
   void read_images();
   void read_crop(const nlohmann::json& value, const std::string& pointer);
   std::optional<std::array<int, 2>> resolution_of(const SceneConfig& scene) const;

@@ -65,6 +65,7 @@ ordered_json scene_json(const SceneConfig& scene) {
   result["file"] = portable_path(scene.file);
   if (scene.resolution) result["resolution"] = *scene.resolution;
   result["camera_samples"] = scene.camera_samples;
+  if (scene.spp) result["spp"] = *scene.spp;
   const ReferenceConfig& reference = scene.reference;
   result["reference"] = {
       {"estimator", reference.estimator},
@@ -86,6 +87,9 @@ ordered_json method_json(const MethodConfig& method) {
   result["params"] = params_json(
       method.estimator, method.params,
       [](const std::vector<ParamValue>& values) { return axis_json(values, param_to_json); });
+  for (const auto& [scene, srl] : method.srl_by_scene) {
+    result["srl_by_scene"][scene] = srl_json(srl);
+  }
   if (!method.zip.empty()) result["zip"] = method.zip;
   for (const SweepValues& values : method.exclude) {
     ordered_json entry = ordered_json::object();
@@ -131,10 +135,14 @@ std::string resolved_json(const ExperimentConfig& config) {
   result["spp"] = config.spp;
   if (config.budget) {
     const auto itself = [](double value) { return value; };
-    result["budget"] = {{"time_cpu_s", axis_json(config.budget->times_cpu_s, itself)},
-                        {"solve_for", config.budget->solve_for == SolveFor::Spp ? "spp" : "srl"},
-                        {"pilots", config.budget->pilots},
-                        {"tolerance", config.budget->tolerance}};
+    const BudgetConfig& budget = *config.budget;
+    result["budget"] = ordered_json::object();
+    if (budget.match) result["budget"]["match"] = *budget.match;
+    result["budget"][budget.match ? "times" : "time_cpu_s"] = axis_json(budget.times, itself);
+    result["budget"].update(
+        {{"solve_for", config.budget->solve_for == SolveFor::Spp ? "spp" : "srl"},
+         {"pilots", config.budget->pilots},
+         {"tolerance", config.budget->tolerance}});
   }
   result["blocks"] = config.blocks;
   result["attempts"] = config.attempts;

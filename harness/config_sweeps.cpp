@@ -112,6 +112,8 @@ void ConfigReader::read_axes(const json& value, const std::string& pointer,
     add_unless_twice(method.srl, *srl, twice);
     if (twice) fault(item.pointer, srl->text() + " is listed twice");
   }
+  read_srl_by_scene(object_member(object, "srl_by_scene"), child_pointer(pointer, "srl_by_scene"),
+                    entry, method);
   if (object.contains("spp")) {
     for (const Item& item : axis_items(object["spp"], child_pointer(pointer, "spp"), true)) {
       if (item.value.is_number_integer()) method.spp.push_back(item.value.get<int>());
@@ -128,6 +130,18 @@ void ConfigReader::read_axes(const json& value, const std::string& pointer,
   }
   read_zip(array_member(value, "zip"), child_pointer(pointer, "zip"), method);
   read_exclude(array_member(value, "exclude"), child_pointer(pointer, "exclude"), entry, method);
+}
+
+void ConfigReader::read_srl_by_scene(const json& by_scene, const std::string& pointer,
+                                     const EstimatorEntry* entry, MethodConfig& method) {
+  for (const auto& [scene, value] : by_scene.items()) {
+    const std::string place = child_pointer(pointer, scene);
+    if (!check_scene_key(scene, place)) continue;
+    if (const auto srl = read_srl(value, place, entry)) method.srl_by_scene[scene] = *srl;
+  }
+  if (!method.srl_by_scene.empty() && method.srl.size() > 1) {
+    fault(pointer, "\"srl\" is a sweep, which an SRL by scene cannot replace");
+  }
 }
 
 void ConfigReader::read_params(const json& params, const std::string& pointer,

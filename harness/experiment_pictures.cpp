@@ -13,8 +13,8 @@ namespace penumbra {
 
 bool has_pictures(const ExperimentConfig& config, const Cell& cell) {
   if (!config.budget) return true;
-  const std::vector<double>& times = config.budget->times_cpu_s;
-  return cell.budget_s == *std::max_element(times.begin(), times.end());
+  const std::vector<double>& times = config.budget->times;
+  return cell.budget_time == *std::max_element(times.begin(), times.end());
 }
 
 std::filesystem::path Experiment::image_file(const Cell& cell, const std::string& suffix) const {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "harness/keys.h"
 #include "harness/reference.h"
@@ -15,9 +16,10 @@ namespace {
 
 void finish_cell(const ExperimentConfig& config, const LoadedScene& scene, Cell& cell) {
   cell.params_text = cell.params.differences(cell.estimator->params());
-  const std::string numbers = fmt::format(
-      "{} {} {} {}", cell.srl.text(), cell.budget_s.value_or(0.0),
+  std::string numbers = fmt::format(
+      "{} {} {} {}", cell.srl.text(), cell.budget_time.value_or(0.0),
       config.budget && config.budget->solve_for == SolveFor::Srl ? "srl" : "spp", cell.spp);
+  if (config.budget && config.budget->match) numbers += " x " + *config.budget->match;
   cell.id = hash_id({"cell", scene.config->name, reference_id(scene), cell.label,
                      cell.estimator->name, cell.params_text, to_string(cell.sampler), numbers});
   // Refused combinations are found before anything runs.
@@ -32,16 +34,23 @@ Srl split_srl(int total, bool adaptive) {
   return {initial, total - initial, true};
 }
 
+Srl scaled_srl(const Srl& srl, int total) {
+  if (!srl.split) return {total, 0, false};
+  const double share = static_cast<double>(srl.initial) / srl.total();
+  const int least = std::min({2, srl.initial, total});
+  const int initial = std::clamp(static_cast<int>(std::lround(share * total)), least, total);
+  return {initial, total - initial, true};
+}
+
 std::vector<Cell> expand_cells(const ExperimentConfig& config,
                                const std::vector<LoadedScene>& scenes) {
   std::vector<std::optional<double>> budgets(1);
-  if (config.budget)
-    budgets.assign(config.budget->times_cpu_s.begin(), config.budget->times_cpu_s.end());
+  if (config.budget) budgets.assign(config.budget->times.begin(), config.budget->times.end());
   std::vector<Cell> cells;
   for (std::size_t s = 0; s < scenes.size(); ++s) {
     for (const MethodConfig& method : config.methods) {
-      for (const SweepPoint& point : sweep_points(config, method)) {
-        for (const std::optional<double>& budget_s : budgets) {
+      for (const SweepPoint& point : sweep_points(config, method, &config.scenes[s])) {
+        for (const std::optional<double>& budget_time : budgets) {
           Cell cell;
           cell.scene = s;
           cell.label = method.label;
@@ -55,7 +64,8 @@ std::vector<Cell> expand_cells(const ExperimentConfig& config,
           cell.srl =
               point.srl.split ? point.srl : split_srl(point.srl.total(), cell.estimator->adaptive);
           cell.spp = point.spp;
-          cell.budget_s = budget_s;
+          cell.budget_time = budget_time;
+          if (config.budget && !config.budget->match) cell.budget_s = budget_time;
           finish_cell(config, scenes[s], cell);
           cells.push_back(std::move(cell));
         }
@@ -90,6 +100,7 @@ void apply_plan(const std::vector<PlannedCell>& plan, std::vector<Cell>& cells) 
     }
     cell.spp = planned->spp;
     cell.srl = planned->srl;
+    if (planned->budget_s) cell.budget_s = planned->budget_s;
   }
 }
 

@@ -27,7 +27,8 @@ struct Cell {
   SamplerKind sampler{SamplerKind::Independent};
   Srl srl;  ///< with the split that is used
   int spp{1};
-  std::optional<double> budget_s;  ///< CPU time to meet
+  std::optional<double> budget_time;  ///< of BudgetConfig::times: seconds or a multiple
+  std::optional<double> budget_s;     ///< CPU time to meet; of a matched time once it is measured
   std::vector<std::string> tags;
 
   Budget budget() const { return {sampler, srl.initial, srl.adaptive}; }
@@ -36,6 +37,9 @@ struct Cell {
 /// The split of a total for an estimator: unchanged where nothing adapts, otherwise 1:3 with at
 /// least two initial rays, the paper's 4-12.
 Srl split_srl(int total, bool adaptive);
+
+/// Another total, split as the given one.
+Srl scaled_srl(const Srl& srl, int total);
 
 /// All cells of an experiment in the order of the config: scenes, methods, their combinations
 /// (sweep.h), budgets.
@@ -57,6 +61,7 @@ struct PlannedCell {
   double fixed_s{0};  ///< T(n) = fixed_s + per_unit_s n, CPU time, n the number solved for
   double per_unit_s{0};
   double predicted_s{0};  ///< CPU time of one run
+  std::optional<double> budget_s;
 };
 
 /// The content of plan.lock.json.

@@ -88,7 +88,8 @@ std::optional<std::size_t> axis_size(const ExperimentConfig& config, const Metho
   return found->second.size();
 }
 
-std::vector<SweepPoint> sweep_points(const ExperimentConfig& config, const MethodConfig& method) {
+std::vector<SweepPoint> sweep_points(const ExperimentConfig& config, const MethodConfig& method,
+                                     const SceneConfig* scene) {
   const std::vector<AxisGroup> groups = groups_of(method);
   std::vector<std::map<std::string, std::size_t>> combinations(1);
   for (const AxisGroup& group : groups) {
@@ -107,6 +108,10 @@ std::vector<SweepPoint> sweep_points(const ExperimentConfig& config, const Metho
     if (is_excluded(config, method, indices)) continue;
     SweepPoint& point = points.emplace_back();
     for (const auto& [axis, index] : indices) set_value(config, method, axis, index, point);
+    if (scene == nullptr) continue;
+    if (scene->spp && method.spp.empty()) point.spp = *scene->spp;
+    const auto srl = method.srl_by_scene.find(scene->name);
+    if (srl != method.srl_by_scene.end()) point.srl = srl->second;
   }
   return points;
 }

@@ -21,7 +21,9 @@ struct SweepPoint {
 /// the last one fastest; axes that are zipped advance together in the place of the first of them;
 /// without those that `exclude` names.
 /// @param method  with zips of existing axes of equal length
-std::vector<SweepPoint> sweep_points(const ExperimentConfig& config, const MethodConfig& method);
+/// @param scene  whose own numbers apply; nullptr: none
+std::vector<SweepPoint> sweep_points(const ExperimentConfig& config, const MethodConfig& method,
+                                     const SceneConfig* scene = nullptr);
 
 /// Number of values of an axis.
 /// @return nullopt when the method has no axis of that name

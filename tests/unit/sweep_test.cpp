@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "harness/plan.h"
 #include "tests/unit/config_fixture.h"
 
 namespace penumbra {
@@ -159,10 +160,50 @@ TEST_F(Sweep, RefusesSppThatABudgetSolvesFor) {
 TEST_F(Sweep, BudgetsMayBeAList) {
   json config = small_config();
   config["budget"] = {{"time_cpu_s", {{"from", 0.5}, {"to", 4}, {"steps", 4}}}};
-  const std::vector<double> times = load(config).budget->times_cpu_s;
+  const std::vector<double> times = load(config).budget->times;
   ASSERT_EQ(times.size(), 4u);
   EXPECT_DOUBLE_EQ(times[1], 1.0);
   EXPECT_DOUBLE_EQ(times[2], 2.0);
+}
+
+TEST_F(Sweep, ScenesMayHaveNumbersOfTheirOwn) {
+  json given = with({{"srl", "4-12"}, {"srl_by_scene", {{"checkerboard", "3-5"}}}});
+  given["scenes"][0]["spp"] = 16;
+  const ExperimentConfig config = load(given);
+  const ExperimentConfig again = load_config(write("configs/again.json", config.resolved_json));
+  EXPECT_EQ(again.resolved_json, config.resolved_json);
+  const std::vector<SweepPoint> points = sweep_points(again, again.methods[1], &again.scenes[0]);
+  ASSERT_EQ(points.size(), 1u);
+  EXPECT_EQ(points[0].spp, 16);
+  EXPECT_EQ(points[0].srl.text(), "3-5");
+  expect_fault(with({{"srl_by_scene", {{"chess", 8}}}}), "/methods/1/srl_by_scene/chess",
+               "unknown scene");
+  expect_fault(with({{"srl", {8, 16}}, {"srl_by_scene", {{"checkerboard", 8}}}}),
+               "/methods/1/srl_by_scene", "\"srl\" is a sweep");
+}
+
+TEST_F(Sweep, BudgetMayBeTheTimeOfAMethod) {
+  json given = small_config();
+  given["budget"] = {{"match", "MIS"}, {"times", {0.5, 1}}, {"solve_for", "srl"}};
+  given["methods"][1]["srl"] = "4-12";
+  const ExperimentConfig config = load(given);
+  EXPECT_EQ(config.budget->match, "MIS");
+  EXPECT_EQ(config.budget->times, (std::vector<double>{0.5, 1}));
+  const ExperimentConfig again = load_config(write("configs/again.json", config.resolved_json));
+  EXPECT_EQ(again.resolved_json, config.resolved_json);
+  given["budget"]["match"] = "MISS";
+  expect_fault(given, "/budget/match", "unknown label");
+  given["budget"] = {{"match", "MIS"}, {"time_cpu_s", 1}};
+  expect_fault(given, "/budget", "expected either");
+  given["budget"] = {{"time_cpu_s", 1}, {"times", {1, 2}}};
+  expect_fault(given, "/budget/times", "\"times\" are multiples");
+}
+
+TEST_F(Sweep, OfTotalsKeepsTheirSplit) {
+  EXPECT_EQ(scaled_srl({4, 12, true}, 32).text(), "8-24");
+  EXPECT_EQ(scaled_srl({2, 2, true}, 10).text(), "5-5");
+  EXPECT_EQ(scaled_srl({4, 12, true}, 5).text(), "2-3");
+  EXPECT_EQ(scaled_srl({18, 0, false}, 5).text(), "5");
 }
 
 TEST_F(Sweep, RefusesBudgetsThatAreNotAboveZero) {
