@@ -18,7 +18,6 @@
 #include "harness/metrics.h"
 #include "harness/progress.h"
 #include "harness/render.h"
-#include "harness/table_text.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -307,14 +306,10 @@ TableOptions Experiment::table_options() const {
   return options;
 }
 
-std::vector<EfficiencyRow> Experiment::table() const {
-  return efficiency_table(read_run_rows(options_.out / "measurements.csv").rows, table_options());
+ReportTables Experiment::tables() const {
+  return make_tables(read_run_rows(options_.out / "measurements.csv").rows, table_options());
 }
 
-void Experiment::write_tables() const {
-  const std::vector<EfficiencyRow> rows = table();
-  write_file_atomically(options_.out / "efficiency.csv", to_csv(rows));
-  write_file_atomically(options_.out / "efficiency.md", to_markdown(rows, table_options()));
-}
+void Experiment::write_tables() const { penumbra::write_tables(options_.out, tables()); }
 
 }  // namespace penumbra

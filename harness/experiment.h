@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "harness/config.h"
-#include "harness/efficiency.h"
 #include "harness/plan.h"
 #include "harness/reference.h"
+#include "harness/report_tables.h"
 
 /// Running an experiment: references, plan, blocks of runs with one appended row each, pictures,
 /// tables. What the output folder already holds is not done again.
@@ -48,8 +48,8 @@ class Experiment {
   /// @throws InputError when the folder holds the results of another config
   RunOutcome run();
 
-  /// Efficiency table of all rows in the folder, in the config's order.
-  std::vector<EfficiencyRow> table() const;
+  /// Tables of all rows in the folder, in the config's order.
+  ReportTables tables() const;
   TableOptions table_options() const;
   const std::vector<StageTime>& stages() const { return stages_; }
 

@@ -8,7 +8,7 @@
 #include "harness/experiment.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
-#include "harness/table_text.h"
+#include "harness/report_tables.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -107,9 +107,9 @@ int run_command(const RunCommandOptions& options) {
   Experiment experiment(std::move(config), run_options);
   const RunOutcome outcome = experiment.run();
 
-  const std::vector<EfficiencyRow> table = experiment.table();
-  fmt::print("{}", to_terminal(table, experiment.table_options()));
-  warn_of_missed_budgets(experiment.config(), table);
+  const ReportTables tables = experiment.tables();
+  fmt::print("{}", to_terminal(tables));
+  warn_of_missed_budgets(experiment.config(), tables.efficiency);
   fmt::print("\n{} runs measured, {} found in {}\n", outcome.rows_measured, outcome.rows_found,
              run_options.out.string());
   double total = 0.0;
