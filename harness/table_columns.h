@@ -56,6 +56,17 @@ constexpr Column<Row> later_column(std::string_view name, std::string_view unit 
   return result;
 }
 
+/// A column of a struct inside the row.
+template <auto outer, auto member, class Row = decltype(row_of_member(outer))>
+constexpr Column<Row> inner_column(std::string_view name, std::string_view unit = {}) {
+  return {name,
+          [](const Row& row) { return std::string(csv_text(row.*outer.*member)); },
+          [](std::string_view text, Row& row) { return parse_csv(text, row.*outer.*member); },
+          IsNumber<decltype(type_of_member(member))>::value,
+          unit,
+          true};
+}
+
 template <class Columns>
 CsvRecord names_of(const Columns& columns) {
   CsvRecord names;
