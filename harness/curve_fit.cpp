@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::size_t kLeastForInterpolation = 3;
 constexpr int kReweightings = 20;
+constexpr double kPriorDegrees = 10;
 
 double mean_without(const std::vector<double>& values, std::size_t skip) {
   Welford mean;
@@ -19,7 +20,9 @@ double mean_without(const std::vector<double>& values, std::size_t skip) {
   return mean.mean();
 }
 
-/// Of the mean error of each budget, relative to its square; 1 where nothing is known.
+/// Of the mean error of each budget, relative to its square; 1 where nothing is known. The variance
+/// of few blocks is noisy, and weights from it cost coverage, so each is drawn towards the mean of
+/// all, which counts for kPriorDegrees of freedom.
 std::vector<double> relative_variances(const CurveData& data) {
   std::vector<double> variances;
   Welford all;
@@ -30,7 +33,11 @@ std::vector<double> relative_variances(const CurveData& data) {
     variances.push_back(error * error);
     all.add(variances.back());
   }
-  for (double& v : variances) v = all.mean() > 0 ? 0.5 * (v + all.mean()) : 1.0;
+  const double own = static_cast<double>(data.blocks()) - 1;
+  for (double& v : variances) {
+    const double drawn = (own * v + kPriorDegrees * all.mean()) / (own + kPriorDegrees);
+    v = drawn > 0 ? drawn : 1.0;
+  }
   return variances;
 }
 

@@ -48,9 +48,9 @@ struct SlopeFit {
   std::optional<double> p_minus_1;  ///< two-sided t test of beta = -1
 };
 
-/// Weights are inverse relative variances of the mean errors. A variance of a few blocks is itself
-/// noisy, so each is averaged with the mean of all. They stay as they are in the jackknife. The
-/// reference's floor enters the standard error in quadrature.
+/// Weights are inverse relative variances of the mean errors, each drawn towards the mean of all as
+/// far as few blocks leave it uncertain. They stay as they are in the jackknife. The reference's
+/// floor enters the standard error in quadrature.
 /// @return empty for fewer than two budgets, or where a mean (also of all blocks but one) is not
 ///         positive
 std::optional<SlopeFit> fit_slope(const CurveData& data, double confidence);
