@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <string_view>
 #include <tuple>
@@ -15,28 +16,13 @@
 namespace penumbra {
 namespace {
 
-/// Runs of one cell and what has been worked out of them.
+/// What has been worked out of one cell.
 struct Cell {
-  std::map<int, const RunRow*> blocks;
+  MeasuredCell runs;
   EfficiencyRow row;
   double floor{0};
   bool comparable{false};  // has an efficiency
 };
-
-auto key_of(const RunRow& r) {
-  return std::tie(r.scene, r.budget_s, r.sampler, r.label, r.estimator, r.srl, r.srl_initial,
-                  r.srl_adaptive, r.population, r.spp, r.params);
-}
-
-void check_reference(std::map<std::string, std::string>& references, const RunRow& row) {
-  if (row.reference_id.empty()) return;
-  const auto [place, added] = references.emplace(row.scene, row.reference_id);
-  if (added || place->second == row.reference_id) return;
-  throw ReferenceError(
-      fmt::format("scene \"{}\": run {} was measured against reference {}, others against {}; "
-                  "measure them again",
-                  row.scene, row.run_id, row.reference_id, place->second));
-}
 
 EfficiencyRow identity_of(const RunRow& run, const TableOptions& options) {
   EfficiencyRow row;
@@ -56,47 +42,6 @@ EfficiencyRow identity_of(const RunRow& run, const TableOptions& options) {
   return row;
 }
 
-std::vector<Cell> group_cells(std::span<const RunRow> rows, const TableOptions& options) {
-  std::map<decltype(key_of(rows[0])), Cell> cells;
-  std::map<std::string, std::string> references;
-  for (const RunRow& run : rows) {
-    check_reference(references, run);
-    Cell& cell = cells[key_of(run)];
-    if (cell.blocks.empty()) cell.row = identity_of(run, options);
-    const auto [place, added] = cell.blocks.emplace(run.block, &run);
-    if (!added) {
-      throw InputError(
-          fmt::format("scene \"{}\", \"{}\": block {} was measured twice, as {} and {}", run.scene,
-                      run.label, run.block, place->second->run_id, run.run_id));
-    }
-  }
-  std::vector<Cell> result;
-  for (auto& [key, cell] : cells) result.push_back(std::move(cell));
-  return result;
-}
-
-bool is_number(const std::optional<double>& value) { return value && std::isfinite(*value); }
-
-/// @return why the run cannot be used; empty when it can
-std::string fault_of(const RunRow& run) {
-  if (run.status == RunStatus::Failed) return run.failure.empty() ? "failed" : run.failure;
-  if (run.nonfinite > 0) return fmt::format("{} pixels not finite", run.nonfinite);
-  if (!is_number(run.mse) || !is_number(run.mean_error)) return "no finite error";
-  if (!is_number(run.time_wall_s) || !is_number(run.time_cpu_s)) return "no time";
-  return {};
-}
-
-/// Mean of a column over blocks. @return empty when a block lacks it
-template <class T>
-std::optional<double> mean_of(const Cell& cell, std::optional<T> RunRow::*member) {
-  Welford values;
-  for (const auto& [block, run] : cell.blocks) {
-    if (!(run->*member)) return std::nullopt;
-    values.add(static_cast<double>(*(run->*member)));
-  }
-  return values.mean();
-}
-
 std::optional<double> inverse_product(std::optional<double> cost, std::optional<double> error) {
   if (!cost || !error || *cost <= 0 || *error <= 0) return std::nullopt;
   return 1.0 / (*cost * *error);
@@ -104,7 +49,7 @@ std::optional<double> inverse_product(std::optional<double> cost, std::optional<
 
 std::optional<double> harmonic_p_eff(const Cell& cell) {
   Welford inverse;
-  for (const auto& [block, run] : cell.blocks) {
+  for (const auto& [block, run] : cell.runs.blocks) {
     if (!run->p_eff) return std::nullopt;
     inverse.add(1.0 / *run->p_eff);
   }
@@ -118,11 +63,11 @@ void add_note(EfficiencyRow& row, std::string_view text) {
 
 void add_errors(Cell& cell, double confidence) {
   EfficiencyRow& row = cell.row;
-  const RunRow& first = *cell.blocks.begin()->second;
+  const RunRow& first = cell.runs.first();
   cell.floor = first.reference_floor.value_or(0);
   Welford errors;
   Welford biases;
-  for (const auto& [block, run] : cell.blocks) {
+  for (const auto& [block, run] : cell.runs.blocks) {
     errors.add(*run->mse);
     biases.add(*run->mean_error);
   }
@@ -131,12 +76,12 @@ void add_errors(Cell& cell, double confidence) {
     row.err_lo = interval->lo;
     row.err_hi = interval->hi;
   }
-  row.relmse = mean_of(cell, &RunRow::relmse);
+  row.relmse = cell.runs.mean_of(&RunRow::relmse);
   row.p_eff = harmonic_p_eff(cell);
   // mse_naive - mse is the variance of the reference, exactly (statistics.md 3.1).
-  const std::optional<double> naive = mean_of(cell, &RunRow::mse_naive);
+  const std::optional<double> naive = cell.runs.mean_of(&RunRow::mse_naive);
   if (naive && *row.err > 0) row.reference_share = (*naive - *row.err) / *row.err;
-  if (is_number(first.reference_mean) && *first.reference_mean != 0) {
+  if (first.reference_mean && std::isfinite(*first.reference_mean) && *first.reference_mean != 0) {
     row.bias_rel = biases.mean() / *first.reference_mean;
   }
   row.bias_p = zero_mean_p(biases, first.reference_mean_se.value_or(0));
@@ -150,7 +95,8 @@ void add_efficiency(Cell& cell, double confidence) {
     return;
   }
   std::vector<CostError> blocks;
-  for (const auto& [block, run] : cell.blocks) blocks.push_back({*run->time_wall_s, *run->mse});
+  for (const auto& [block, run] : cell.runs.blocks)
+    blocks.push_back({*run->time_wall_s, *run->mse});
   const EfficiencyEstimate estimate = log_efficiency(blocks, {confidence, cell.floor});
   if (!estimate.log) {
     if (estimate.reason == NoEstimate::BelowReferenceNoise) {
@@ -168,35 +114,40 @@ void add_efficiency(Cell& cell, double confidence) {
     add_note(row, "one block: no interval");
   }
   Welford rays;
-  for (const auto& [block, run] : cell.blocks) rays.add(static_cast<double>(run->rays));
+  for (const auto& [block, run] : cell.runs.blocks) rays.add(static_cast<double>(run->rays));
   row.eff_cpu = inverse_product(row.time_cpu_s, row.err);
   row.eff_rays = inverse_product(rays.mean(), row.err);
-  row.eff_instructions = inverse_product(mean_of(cell, &RunRow::instructions), row.err);
+  row.eff_instructions = inverse_product(cell.runs.mean_of(&RunRow::instructions), row.err);
 }
 
-void summarise(Cell& cell, double confidence) {
+void add_contamination(Cell& cell) {
+  cell.row.n_contaminated = cell.runs.n_contaminated;
+  if (cell.runs.contaminated_in_use == 0) return;
+  add_note(cell.row, fmt::format("the times of {} of {} blocks are contaminated in every attempt",
+                                 cell.runs.contaminated_in_use, cell.runs.blocks.size()));
+}
+
+void summarise(Cell& cell, const TableOptions& options) {
   EfficiencyRow& row = cell.row;
-  row.n_blocks = static_cast<int>(cell.blocks.size());
-  int faults = 0;
-  std::string first_fault;
-  for (const auto& [block, run] : cell.blocks) {
-    const std::string fault = fault_of(*run);
-    if (fault.empty()) continue;
-    if (faults++ == 0) first_fault = fmt::format("run {}: {}", run->run_id, fault);
-  }
-  if (faults > 0) {
+  row = identity_of(cell.runs.first(), options);
+  row.n_blocks = static_cast<int>(cell.runs.blocks.size());
+  add_contamination(cell);
+  const std::string fault = fault_of(cell.runs);
+  if (!fault.empty()) {
     row.verdict = Verdict::Failed;
-    add_note(row, fmt::format("{} of {} runs failed, {}", faults, row.n_blocks, first_fault));
+    add_note(row, fault);
     return;
   }
-  row.time_wall_s = mean_of(cell, &RunRow::time_wall_s);
-  row.time_cpu_s = mean_of(cell, &RunRow::time_cpu_s);
-  add_errors(cell, confidence);
-  add_efficiency(cell, confidence);
+  row.time_wall_s = cell.runs.mean_of(&RunRow::time_wall_s);
+  row.time_cpu_s = cell.runs.mean_of(&RunRow::time_cpu_s);
+  add_errors(cell, options.confidence);
+  add_efficiency(cell, options.confidence);
 }
 
+/// A ratio of efficiencies, or why there is none.
 struct Ratio {
-  std::optional<double> value, lo, hi;
+  std::optional<double> value, lo, hi, log_se;
+  std::int64_t blocks{0};
   std::string fault;
 };
 
@@ -223,26 +174,50 @@ const Cell* find_baseline(const std::vector<Cell>& cells, const EfficiencyRow& r
   return nullptr;
 }
 
-CostError cost_error(const RunRow& run, PrimaryTime primary) {
-  return {primary == PrimaryTime::Cpu ? *run.time_cpu_s : *run.time_wall_s, *run.mse};
+/// What an efficiency is per.
+enum class Currency { Cpu, Wall, Rays, Instructions };
+
+Currency primary_currency(const TableOptions& options) {
+  return options.primary == PrimaryTime::Cpu ? Currency::Cpu : Currency::Wall;
 }
 
-Ratio ratio_of(const Cell& cell, const Cell& baseline, const TableOptions& options) {
-  if (&cell == &baseline) return {1.0, 1.0, 1.0, {}};
+std::optional<double> cost_of(const RunRow& run, Currency currency) {
+  switch (currency) {
+    case Currency::Cpu:
+      return run.time_cpu_s;
+    case Currency::Wall:
+      return run.time_wall_s;
+    case Currency::Rays:
+      return static_cast<double>(run.rays);
+    case Currency::Instructions:
+      if (!run.instructions) return std::nullopt;
+      return static_cast<double>(*run.instructions);
+  }
+  return std::nullopt;
+}
+
+Ratio ratio_of(const Cell& cell, const Cell& baseline, Currency currency,
+               const TableOptions& options) {
+  if (&cell == &baseline) return {1.0, 1.0, 1.0, {}, cell.row.n_blocks, {}};
   if (!baseline.comparable) {
-    return {{}, {}, {}, fmt::format("baseline {} has no efficiency", baseline.row.label)};
+    return {{}, {}, {}, {}, 0, fmt::format("baseline {} has no efficiency", baseline.row.label)};
   }
   std::vector<PairedCostError> blocks;
-  for (const auto& [block, run] : cell.blocks) {
-    const auto other = baseline.blocks.find(block);
-    if (other == baseline.blocks.end()) continue;
-    blocks.push_back(
-        {cost_error(*run, options.primary), cost_error(*other->second, options.primary)});
+  for (const auto& [block, run] : cell.runs.blocks) {
+    const auto other = baseline.runs.blocks.find(block);
+    if (other == baseline.runs.blocks.end()) continue;
+    const std::optional<double> cost = cost_of(*run, currency);
+    const std::optional<double> other_cost = cost_of(*other->second, currency);
+    if (!cost || !other_cost) return {{}, {}, {}, {}, 0, "a cost was not measured"};
+    blocks.push_back({{*cost, *run->mse}, {*other_cost, *other->second->mse}});
   }
   const EfficiencyEstimate estimate =
       log_efficiency_ratio(blocks, {options.confidence, cell.floor});
-  if (!estimate.log) return {{}, {}, {}, std::string(reason_text(estimate.reason))};
-  Ratio ratio{std::exp(estimate.log->value), {}, {}, {}};
+  if (!estimate.log) return {{}, {}, {}, {}, 0, std::string(reason_text(estimate.reason))};
+  Ratio ratio;
+  ratio.value = std::exp(estimate.log->value);
+  ratio.blocks = static_cast<std::int64_t>(blocks.size());
+  ratio.log_se = estimate.log->standard_error;
   if (estimate.log->interval) {
     ratio.lo = std::exp(estimate.log->interval->lo);
     ratio.hi = std::exp(estimate.log->interval->hi);
@@ -250,13 +225,11 @@ Ratio ratio_of(const Cell& cell, const Cell& baseline, const TableOptions& optio
   return ratio;
 }
 
-Ratio compare(const Cell& cell, const std::vector<Cell>& cells, const std::string& label,
-              const std::string& sampler, const TableOptions& options) {
-  // A baseline that is swept is its own measure in each of its cells.
-  if (cell.row.label == label) return ratio_of(cell, cell, options);
-  Ratio none;
-  const Cell* const baseline = find_baseline(cells, cell.row, label, sampler, none.fault);
-  return baseline ? ratio_of(cell, *baseline, options) : none;
+/// The baseline of a cell. A baseline that is swept is its own measure in each of its cells.
+const Cell* baseline_of(const Cell& cell, const std::vector<Cell>& cells, const std::string& label,
+                        const std::string& sampler, std::string& fault) {
+  if (cell.row.label == label) return &cell;
+  return find_baseline(cells, cell.row, label, sampler, fault);
 }
 
 std::optional<double> published_efficiency(const TableOptions& options, const std::string& label,
@@ -281,32 +254,106 @@ void compare_with_published(EfficiencyRow& row) {
                             *row.ratio_lo, *row.ratio_hi));
 }
 
+void add_other_currencies(EfficiencyRow& row, const Cell& cell, const Cell& baseline,
+                          const TableOptions& options) {
+  const Ratio wall = ratio_of(cell, baseline, Currency::Wall, options);
+  row.ratio_wall = wall.value;
+  row.ratio_wall_lo = wall.lo;
+  row.ratio_wall_hi = wall.hi;
+  const Ratio rays = ratio_of(cell, baseline, Currency::Rays, options);
+  row.ratio_rays = rays.value;
+  row.ratio_rays_lo = rays.lo;
+  row.ratio_rays_hi = rays.hi;
+  if (!row.eff_instructions || !baseline.row.eff_instructions) return;
+  const Ratio instructions = ratio_of(cell, baseline, Currency::Instructions, options);
+  row.ratio_instructions = instructions.value;
+  row.ratio_instructions_lo = instructions.lo;
+  row.ratio_instructions_hi = instructions.hi;
+}
+
+void add_ratio(EfficiencyRow& row, const Cell& cell, const Cell& baseline,
+               const TableOptions& options) {
+  const Ratio ratio = ratio_of(cell, baseline, primary_currency(options), options);
+  if (!ratio.fault.empty()) add_note(row, "ratio: " + ratio.fault);
+  if (!ratio.value) return;
+  row.ratio = ratio.value;
+  row.ratio_lo = ratio.lo;
+  row.ratio_hi = ratio.hi;
+  row.ratio_blocks = ratio.blocks;
+  row.log_ratio_se = ratio.log_se;
+  if (ratio.log_se) row.detectable = detectable_effect(*ratio.log_se, ratio.blocks);
+  add_other_currencies(row, cell, baseline, options);
+}
+
+void add_tuned_ratio(EfficiencyRow& row, const Cell& cell, const std::vector<Cell>& cells,
+                     const TableOptions& options) {
+  std::string fault;
+  const Cell* const baseline = baseline_of(cell, cells, *options.tuned_baseline, "", fault);
+  Ratio ratio;
+  if (baseline) ratio = ratio_of(cell, *baseline, primary_currency(options), options);
+  row.ratio_tuned = ratio.value;
+  row.ratio_tuned_lo = ratio.lo;
+  row.ratio_tuned_hi = ratio.hi;
+  if (!ratio.fault.empty()) fault = ratio.fault;
+  if (!fault.empty()) add_note(row, "ratio_tuned: " + fault);
+}
+
 /// The row of a cell with its ratios and verdict; the cells stay as they are.
 EfficiencyRow compared(const Cell& cell, const std::vector<Cell>& cells,
                        const TableOptions& options) {
   EfficiencyRow row = cell.row;
   row.ratio_published = published_ratio(row, options);
   if (!cell.comparable) return row;
-  const Ratio plain = compare(cell, cells, options.baseline, row.sampler, options);
-  row.ratio = plain.value;
-  row.ratio_lo = plain.lo;
-  row.ratio_hi = plain.hi;
-  if (!plain.fault.empty()) add_note(row, "ratio: " + plain.fault);
+  std::string fault;
+  const Cell* const baseline = baseline_of(cell, cells, options.baseline, row.sampler, fault);
+  if (baseline) add_ratio(row, cell, *baseline, options);
+  if (!fault.empty()) add_note(row, "ratio: " + fault);
   compare_with_published(row);
   if (row.label == options.baseline) {
     row.verdict = Verdict::Baseline;
-  } else if (plain.lo && *plain.lo > 1) {
+  } else if (row.ratio_lo && *row.ratio_lo > 1) {
     row.verdict = Verdict::Better;
-  } else if (plain.hi && *plain.hi < 1) {
+  } else if (row.ratio_hi && *row.ratio_hi < 1) {
     row.verdict = Verdict::Worse;
   }
-  if (!options.tuned_baseline) return row;
-  const Ratio tuned = compare(cell, cells, *options.tuned_baseline, "", options);
-  row.ratio_tuned = tuned.value;
-  row.ratio_tuned_lo = tuned.lo;
-  row.ratio_tuned_hi = tuned.hi;
-  if (!tuned.fault.empty()) add_note(row, "ratio_tuned: " + tuned.fault);
+  if (options.tuned_baseline) add_tuned_ratio(row, cell, cells, options);
   return row;
+}
+
+/// Holm over all cells of the table that have a bias_p.
+void adjust_bias(std::vector<EfficiencyRow>& rows) {
+  std::vector<double> p;
+  for (const EfficiencyRow& row : rows) {
+    if (row.bias_p) p.push_back(*row.bias_p);
+  }
+  const std::vector<double> adjusted = holm_adjusted(p);
+  std::size_t next = 0;
+  for (EfficiencyRow& row : rows) {
+    if (row.bias_p) row.bias_p_holm = adjusted[next++];
+  }
+}
+
+/// Marks the most efficient of the cells that were swept over.
+void mark_best(std::vector<EfficiencyRow>& rows, PrimaryTime primary) {
+  std::map<std::tuple<std::string, std::string, std::string, std::optional<double>, int>,
+           std::vector<EfficiencyRow*>>
+      groups;
+  for (EfficiencyRow& row : rows) {
+    if (!row.eff_cpu || !row.eff) continue;
+    // Where nothing is solved for, cells of other SPP are other points of a curve.
+    const int spp = row.budget_s ? 0 : row.spp;
+    groups[{row.scene, row.label, row.sampler, row.budget_s, spp}].push_back(&row);
+  }
+  for (auto& [key, group] : groups) {
+    if (group.size() < 2) continue;
+    const auto efficiency = [&](const EfficiencyRow* row) {
+      return primary == PrimaryTime::Cpu ? *row->eff_cpu : *row->eff;
+    };
+    const auto best = std::max_element(
+        group.begin(), group.end(),
+        [&](const auto* a, const auto* b) { return efficiency(a) < efficiency(b); });
+    (*best)->best_of = static_cast<std::int64_t>(group.size());
+  }
 }
 
 std::size_t rank_of(const std::string& name, const std::vector<std::string>& order) {
@@ -318,11 +365,16 @@ std::size_t rank_of(const std::string& name, const std::vector<std::string>& ord
 std::vector<EfficiencyRow> efficiency_table(std::span<const RunRow> rows,
                                             const TableOptions& options) {
   if (rows.empty()) return {};
-  std::vector<Cell> cells = group_cells(rows, options);
-  for (Cell& cell : cells) summarise(cell, options.confidence);
+  std::vector<Cell> cells;
+  for (MeasuredCell& runs : measured_cells(rows)) {
+    cells.push_back({std::move(runs), {}, 0, false});
+    summarise(cells.back(), options);
+  }
   std::vector<EfficiencyRow> result;
   for (const Cell& cell : cells) result.push_back(compared(cell, cells, options));
-  // What is equal here keeps the order of key_of.
+  adjust_bias(result);
+  mark_best(result, options.primary);
+  // What is equal here keeps the order of cell_key.
   const auto place = [&](const EfficiencyRow& row) {
     return std::tuple(rank_of(row.scene, options.scenes), row.scene, row.budget_s, row.sampler,
                       rank_of(row.label, options.labels), row.label);

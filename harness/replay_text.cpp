@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "harness/replay.h"
-#include "harness/table_text.h"
+#include "harness/text_grid.h"
 
 namespace penumbra {
 namespace {

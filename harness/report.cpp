@@ -4,9 +4,7 @@
 #include <set>
 #include <string>
 
-#include "harness/atomic_file.h"
 #include "harness/plan.h"
-#include "harness/table_text.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -40,7 +38,6 @@ TableOptions table_options(const ExperimentConfig& config) {
 Report make_report(const std::filesystem::path& folder) {
   Report report;
   report.config = load_config(existing(folder, "config.resolved.json"));
-  report.options = table_options(report.config);
   std::set<std::string> current;
   for (const PlannedCell& cell : read_plan_file(existing(folder, "plan.lock.json")).cells) {
     current.insert(cell.id);
@@ -48,13 +45,8 @@ Report make_report(const std::filesystem::path& folder) {
   report.rows = read_run_rows(existing(folder, "measurements.csv")).rows;
   report.stale_rows =
       std::erase_if(report.rows, [&](const RunRow& row) { return current.count(row.cell) == 0; });
-  report.table = efficiency_table(report.rows, report.options);
+  report.tables = make_tables(report.rows, table_options(report.config));
   return report;
-}
-
-void write_report(const Report& report, const std::filesystem::path& folder) {
-  write_file_atomically(folder / "efficiency.csv", to_csv(report.table));
-  write_file_atomically(folder / "efficiency.md", to_markdown(report.table, report.options));
 }
 
 }  // namespace penumbra

@@ -1,14 +1,9 @@
 #include "harness/run_row.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <array>
-#include <set>
-#include <type_traits>
 
-#include "scenes/core/error.h"
+#include "harness/table_columns.h"
 
 namespace penumbra {
 namespace {
@@ -25,55 +20,10 @@ bool parse_enum(std::string_view text, const std::array<std::string_view, n>& te
   return true;
 }
 
-template <class T>
-std::string text_of(const T& value) {
-  if constexpr (std::is_same_v<T, RunStatus>) {
-    return std::string(kStatusTexts[static_cast<std::size_t>(value)]);
-  } else if constexpr (std::is_same_v<T, Verdict>) {
-    return std::string(verdict_text(value));
-  } else {
-    return csv_text(value);
-  }
-}
-
-template <class T>
-bool parse(std::string_view text, T& value) {
-  if constexpr (std::is_same_v<T, RunStatus>) {
-    return parse_enum(text, kStatusTexts, value);
-  } else if constexpr (std::is_same_v<T, Verdict>) {
-    return parse_enum(text, kVerdictTexts, value);
-  } else {
-    return parse_csv(text, value);
-  }
-}
-
-template <class Row>
-struct Column {
-  std::string_view name;
-  std::string (*text)(const Row&);
-  bool (*parse)(std::string_view, Row&);
-  bool required{true};  // otherwise absent from files of older versions
-};
-
-template <class Row, class T>
-Row row_of(T Row::*);
-
-template <auto member, class Row = decltype(row_of(member))>
-constexpr Column<Row> column(std::string_view name) {
-  return {name, [](const Row& row) { return text_of(row.*member); },
-          [](std::string_view text, Row& row) { return parse(text, row.*member); }};
-}
-
-template <auto member, class Row = decltype(row_of(member))>
-constexpr Column<Row> later_column(std::string_view name) {
-  Column<Row> result = column<member>(name);
-  result.required = false;
-  return result;
-}
-
 // The column whose name is its member's.
 #define PN_RUN(name) column<&RunRow::name>(#name)
 #define PN_EFF(name) column<&EfficiencyRow::name>(#name)
+#define PN_LATER_EFF(name) later_column<&EfficiencyRow::name>(#name)
 
 // One list per table, for header, writer and reader.
 // clang-format off
@@ -96,79 +46,58 @@ constexpr std::array kRunColumns{
     later_column<&RunRow::switches_voluntary>("switches_voluntary"),
     later_column<&RunRow::switches_involuntary>("switches_involuntary")};
 
+// Of radiance; of irradiance the square of W/m^2.
+constexpr std::string_view kErrorUnit = "(W/(m^2 sr))^2";
+constexpr std::string_view kPerSecond = "1/(s (W/(m^2 sr))^2)";
+
 constexpr std::array kEfficiencyColumns{
     PN_EFF(scene), PN_EFF(label), PN_EFF(estimator), PN_EFF(spp), PN_EFF(srl), PN_EFF(population),
-    PN_EFF(n_blocks), column<&EfficiencyRow::time_wall_s>("T_s"), PN_EFF(err), PN_EFF(eff),
-    PN_EFF(eff_lo), PN_EFF(eff_hi), PN_EFF(ratio), PN_EFF(ratio_lo), PN_EFF(ratio_hi),
-    PN_EFF(eff_cpu), PN_EFF(eff_rays), PN_EFF(eff_instructions), PN_EFF(bias_rel), PN_EFF(bias_p),
-    PN_EFF(verdict),
-    PN_EFF(sampler), PN_EFF(params), PN_EFF(budget_s), PN_EFF(baseline), PN_EFF(err_lo),
-    PN_EFF(err_hi), PN_EFF(relmse), PN_EFF(p_eff), PN_EFF(reference_share), PN_EFF(ratio_tuned),
+    PN_EFF(n_blocks), column<&EfficiencyRow::time_wall_s>("T_s", "s"),
+    column<&EfficiencyRow::err>("err", kErrorUnit), column<&EfficiencyRow::eff>("eff", kPerSecond),
+    column<&EfficiencyRow::eff_lo>("eff_lo", kPerSecond),
+    column<&EfficiencyRow::eff_hi>("eff_hi", kPerSecond),
+    PN_EFF(ratio), PN_EFF(ratio_lo), PN_EFF(ratio_hi),
+    column<&EfficiencyRow::eff_cpu>("eff_cpu", kPerSecond),
+    column<&EfficiencyRow::eff_rays>("eff_rays", "1/(ray (W/(m^2 sr))^2)"),
+    column<&EfficiencyRow::eff_instructions>("eff_instructions", "1/(instruction (W/(m^2 sr))^2)"),
+    PN_EFF(bias_rel), PN_EFF(bias_p), PN_EFF(verdict),
+    PN_EFF(sampler), PN_EFF(params), column<&EfficiencyRow::budget_s>("budget_s", "s"),
+    PN_EFF(baseline), column<&EfficiencyRow::err_lo>("err_lo", kErrorUnit),
+    column<&EfficiencyRow::err_hi>("err_hi", kErrorUnit), PN_EFF(relmse),
+    column<&EfficiencyRow::p_eff>("p_eff", "pixels"), PN_EFF(reference_share), PN_EFF(ratio_tuned),
     PN_EFF(ratio_tuned_lo), PN_EFF(ratio_tuned_hi),
-    column<&EfficiencyRow::time_cpu_s>("T_cpu_s"), PN_EFF(srl_initial), PN_EFF(srl_adaptive),
-    PN_EFF(note), later_column<&EfficiencyRow::ratio_published>("ratio_published"),
-    later_column<&EfficiencyRow::geometry>("geometry")};
+    column<&EfficiencyRow::time_cpu_s>("T_cpu_s", "s"), PN_EFF(srl_initial), PN_EFF(srl_adaptive),
+    PN_EFF(note), PN_LATER_EFF(ratio_published), PN_LATER_EFF(geometry),
+    PN_LATER_EFF(ratio_wall), PN_LATER_EFF(ratio_wall_lo), PN_LATER_EFF(ratio_wall_hi),
+    PN_LATER_EFF(ratio_rays), PN_LATER_EFF(ratio_rays_lo), PN_LATER_EFF(ratio_rays_hi),
+    PN_LATER_EFF(ratio_instructions), PN_LATER_EFF(ratio_instructions_lo),
+    PN_LATER_EFF(ratio_instructions_hi), PN_LATER_EFF(ratio_blocks), PN_LATER_EFF(log_ratio_se),
+    PN_LATER_EFF(detectable), PN_LATER_EFF(bias_p_holm), PN_LATER_EFF(best_of),
+    PN_LATER_EFF(n_contaminated)};
 // clang-format on
 
 #undef PN_RUN
 #undef PN_EFF
-
-template <class Columns>
-CsvRecord names_of(const Columns& columns) {
-  CsvRecord names;
-  for (const auto& c : columns) names.emplace_back(c.name);
-  return names;
-}
-
-template <class Columns, class Row>
-CsvRecord record_of(const Columns& columns, const Row& row) {
-  CsvRecord record;
-  for (const auto& c : columns) record.push_back(c.text(row));
-  return record;
-}
-
-/// @return place of each column in the file, none for one that older versions did not write
-/// @throws InputError listing missing and unknown ones
-template <class Columns>
-std::vector<std::optional<std::size_t>> places_of(const Columns& columns, const CsvTable& table,
-                                                  const std::filesystem::path& file) {
-  std::set<std::string_view> unknown(table.header.begin(), table.header.end());
-  std::vector<std::string_view> missing;
-  std::vector<std::optional<std::size_t>> places;
-  for (const auto& c : columns) {
-    unknown.erase(c.name);
-    const std::optional<std::size_t> place = table.column(c.name);
-    if (!place && c.required) missing.push_back(c.name);
-    places.push_back(place);
-  }
-  if (missing.empty() && unknown.empty()) return places;
-  throw InputError(fmt::format("{}:1: missing columns: \"{}\"; unknown columns: \"{}\"",
-                               file.string(), fmt::join(missing, ","), fmt::join(unknown, ",")));
-}
-
-template <class Row, class Columns>
-std::vector<Row> rows_of(const Columns& columns, const CsvTable& table,
-                         const std::filesystem::path& file) {
-  std::vector<Row> rows;
-  if (table.header.empty()) return rows;
-  const std::vector<std::optional<std::size_t>> places = places_of(columns, table, file);
-  for (const CsvRecord& record : table.rows) {
-    Row& row = rows.emplace_back();
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (!places[i]) continue;
-      const std::string& text = record[*places[i]];
-      if (columns[i].parse(text, row)) continue;
-      throw InputError(fmt::format("{}: row {}: column {}: \"{}\" is not a value of it",
-                                   file.string(), rows.size(), columns[i].name, text));
-    }
-  }
-  return rows;
-}
+#undef PN_LATER_EFF
 
 }  // namespace
 
 std::string_view verdict_text(Verdict verdict) noexcept {
   return kVerdictTexts[static_cast<std::size_t>(verdict)];
+}
+
+std::string csv_text(RunStatus status) {
+  return std::string(kStatusTexts[static_cast<std::size_t>(status)]);
+}
+
+std::string csv_text(Verdict verdict) { return std::string(verdict_text(verdict)); }
+
+bool parse_csv(std::string_view text, RunStatus& status) {
+  return parse_enum(text, kStatusTexts, status);
+}
+
+bool parse_csv(std::string_view text, Verdict& verdict) {
+  return parse_enum(text, kVerdictTexts, verdict);
 }
 
 CsvRecord run_columns() { return names_of(kRunColumns); }
@@ -185,12 +114,9 @@ RunRows read_run_rows(const std::filesystem::path& file) {
 }
 
 std::vector<EfficiencyRow> read_efficiency_rows(const std::filesystem::path& file) {
-  const CsvTable table = read_csv(file);
-  if (table.torn_tail) {
-    throw InputError(
-        fmt::format("{}: the last line is incomplete; make the report again", file.string()));
-  }
-  return rows_of<EfficiencyRow>(kEfficiencyColumns, table, file);
+  return read_whole_table<EfficiencyRow>(kEfficiencyColumns, file);
 }
+
+std::span<const Column<EfficiencyRow>> efficiency_table_columns() { return kEfficiencyColumns; }
 
 }  // namespace penumbra

@@ -3,11 +3,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "harness/csv.h"
+#include "harness/table_columns.h"
 
 /// The rows of measurements.csv and efficiency.csv, and how they are written and read.
 /// Source: design.md section 9.
@@ -88,6 +90,12 @@ enum class Verdict {
 
 std::string_view verdict_text(Verdict verdict) noexcept;
 
+/// As in csv.h.
+std::string csv_text(RunStatus status);
+std::string csv_text(Verdict verdict);
+bool parse_csv(std::string_view text, RunStatus& status);
+bool parse_csv(std::string_view text, Verdict& verdict);
+
 /// One cell, as a line of efficiency.csv. Times, errors and counts are means over blocks.
 struct EfficiencyRow {
   std::string scene;
@@ -133,6 +141,21 @@ struct EfficiencyRow {
   std::optional<double> ratio_published;  ///< of published efficiencies; empty where either is
                                           ///< missing
   std::string geometry;                   ///< of the scene: own, generated or models
+  /// Ratios of efficiencies in the other currencies, against the same baseline: wall time, rays,
+  /// instructions.
+  std::optional<double> ratio_wall, ratio_wall_lo, ratio_wall_hi;
+  std::optional<double> ratio_rays, ratio_rays_lo, ratio_rays_hi;
+  std::optional<double> ratio_instructions, ratio_instructions_lo, ratio_instructions_hi;
+  std::optional<std::int64_t> ratio_blocks;  ///< that both have, behind all ratios
+  std::optional<double> log_ratio_se;        ///< jackknife standard error of log(ratio)
+  /// Smallest relative difference of efficiencies that these blocks show with 80 % power, two-sided
+  /// at 5 %: 0.05 is 5 %.
+  std::optional<double> detectable;
+  std::optional<double> bias_p_holm;  ///< bias_p, adjusted over all cells of the table
+  /// Of this many cells of one scene, label, sampler and budget, which differ in SRL or parameters,
+  /// this has the highest efficiency; empty for the others and where there is one.
+  std::optional<std::int64_t> best_of;
+  int n_contaminated{0};  ///< runs of all attempts whose times are not to be trusted
 
   friend bool operator==(const EfficiencyRow&, const EfficiencyRow&) = default;
 };
@@ -140,6 +163,9 @@ struct EfficiencyRow {
 /// Column names of measurements.csv and efficiency.csv.
 CsvRecord run_columns();
 CsvRecord efficiency_columns();
+
+/// The columns of efficiency.csv with their units, for other forms of the table.
+std::span<const Column<EfficiencyRow>> efficiency_table_columns();
 
 /// Fields in the order of run_columns().
 CsvRecord run_record(const RunRow& row);

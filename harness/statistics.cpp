@@ -189,6 +189,21 @@ EfficiencyEstimate log_efficiency_ratio(std::span<const PairedCostError> blocks,
   return jackknife(blocks, options.confidence, relative_floor);
 }
 
+std::optional<double> detectable_effect(double log_ratio_se, std::int64_t blocks) {
+  if (blocks < 2) return std::nullopt;
+  const double dof = static_cast<double>(blocks - 1);
+  const double distance = student_t_quantile(0.975, dof) + student_t_quantile(0.8, dof);
+  return std::expm1(distance * log_ratio_se);
+}
+
+std::optional<double> detectable_effect(double p_eff_a, double p_eff_b, double time_sd,
+                                        std::int64_t blocks) {
+  PN_CHECK(p_eff_a > 0 && p_eff_b > 0, "an error rests on a positive number of pixels");
+  if (blocks < 2) return std::nullopt;
+  const double variance = 2 / p_eff_a + 2 / p_eff_b + time_sd * time_sd;
+  return detectable_effect(std::sqrt(variance / static_cast<double>(blocks)), blocks);
+}
+
 std::vector<double> holm_adjusted(std::span<const double> p) {
   for (const double value : p) PN_CHECK(value >= 0 && value <= 1, "a p value lies in [0, 1]");
   std::vector<std::size_t> order(p.size());

@@ -121,6 +121,19 @@ EfficiencyEstimate log_efficiency(std::span<const CostError> blocks,
 EfficiencyEstimate log_efficiency_ratio(std::span<const PairedCostError> blocks,
                                         const JackknifeOptions& options = {});
 
+/// Smallest relative difference of two efficiencies that R blocks show with power 0.8 in a
+/// two-sided test at 5 %: exp((t_{0.975,R-1} + t_{0.8,R-1}) SE) - 1, so that 0.05 is 5 %.
+/// @param log_ratio_se  standard error of the log ratio of efficiencies
+/// @return empty for fewer than two blocks
+std::optional<double> detectable_effect(double log_ratio_se, std::int64_t blocks);
+
+/// The same, foreseen from what is known before a measurement. The relative variance of an MSE is
+/// 2 / P_eff (metrics.h); errors of the two methods are independent, times are paired.
+/// @param p_eff_a, p_eff_b  > 0, effective pixels of one run of each
+/// @param time_sd           standard deviation of the log ratio of two CPU times in one block
+std::optional<double> detectable_effect(double p_eff_a, double p_eff_b, double time_sd,
+                                        std::int64_t blocks);
+
 /// Holm's step-down adjustment: reject hypothesis i at family-wise level alpha iff result[i] <=
 /// alpha.
 /// @param p  p values in [0, 1]

@@ -4,56 +4,20 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <optional>
 #include <set>
 #include <string_view>
 #include <vector>
+
+#include "harness/number_text.h"
+#include "harness/text_grid.h"
 
 namespace penumbra {
 namespace {
 
 constexpr double kShareWarning = 0.05;
 constexpr double kPixelWarning = 200;
-constexpr std::size_t kTerminalWidth = 119;
-constexpr std::size_t kShortestName = 6;
+constexpr std::string_view kBudgetTitle = "Budget";
 constexpr std::string_view kPublishedTitle = "published ratio";
-
-using Grid = std::vector<std::vector<std::string>>;  // [line][column], line 0 the titles
-
-/// Three significant digits, without the padding of the exponent.
-std::string number(double value) {
-  const double size = std::abs(value);
-  if (!std::isfinite(value) || value == 0) return fmt::format("{:g}", value);
-  if (size < 1e-3 || size >= 99950) {
-    const std::string text = fmt::format("{:.2e}", value);
-    const std::size_t e = text.find('e');
-    return text.substr(0, e + 1) + std::to_string(std::stoi(text.substr(e + 1)));
-  }
-  if (size >= 99.95) return fmt::format("{:.0f}", value);
-  const int digits = 2 - static_cast<int>(std::floor(std::log10(size) + 1e-12));
-  return fmt::format("{:.{}f}", value, std::max(digits, 0));
-}
-
-std::string number(const std::optional<double>& value) { return value ? number(*value) : "-"; }
-
-std::string seconds(const std::optional<double>& value) {
-  if (!value) return "-";
-  if (*value >= 1) return number(*value) + " s";
-  return *value >= 1e-3 ? number(*value * 1e3) + " ms" : number(*value * 1e6) + " us";
-}
-
-std::string ratio_number(double value) {
-  return value >= 0.0995 && value < 99.995 ? fmt::format("{:.2f}", value) : number(value);
-}
-
-std::string interval(const std::optional<double>& value, const std::optional<double>& lo,
-                     const std::optional<double>& hi) {
-  if (!value) return "-";
-  const bool exact = lo == value && hi == value;  // of a baseline to itself
-  if (!lo || !hi || exact) return ratio_number(*value);
-  return fmt::format("{} [{}, {}]", ratio_number(*value), ratio_number(*lo), ratio_number(*hi));
-}
 
 std::string srl_text(const EfficiencyRow& row) {
   if (row.srl_adaptive == 0) return std::to_string(row.srl);
@@ -74,20 +38,23 @@ bool has_published(std::span<const EfficiencyRow> rows) {
 }
 
 std::string error_text(const EfficiencyRow& row) {
-  return number(row.err) + (noisy_reference(row) ? "r" : "") + (few_pixels(row) ? "p" : "");
+  return number_text(row.err) + (noisy_reference(row) ? "r" : "") + (few_pixels(row) ? "p" : "");
 }
 
 std::string eff_text(const EfficiencyRow& row, const TableOptions& options) {
-  return number(options.primary == PrimaryTime::Cpu ? row.eff_cpu : row.eff);
+  return number_text(options.primary == PrimaryTime::Cpu ? row.eff_cpu : row.eff) +
+         (row.best_of ? "*" : "");
 }
 
-std::string percent(const std::optional<double>& value) {
-  return value ? fmt::format("{:+.2f} %", 100 * *value) : "-";
+std::string blocks_text(const EfficiencyRow& row) {
+  return std::to_string(row.n_blocks) + (row.n_contaminated > 0 ? "c" : "");
 }
 
-std::string shown_verdict(Verdict verdict) {
-  if (verdict == Verdict::ReferenceLimited) return "ref-limited";
-  return std::string(verdict_text(verdict));
+std::string shown_verdict(const EfficiencyRow& row) {
+  const std::string verdict = row.verdict == Verdict::ReferenceLimited
+                                  ? "ref-limited"
+                                  : std::string(verdict_text(row.verdict));
+  return is_biased(row) ? verdict + ", biased" : verdict;
 }
 
 /// Parameters are shown only where they tell cells of one label apart.
@@ -102,44 +69,6 @@ std::string population_text(const EfficiencyRow& row) {
   return row.population ? std::to_string(*row.population) : "-";
 }
 
-/// Length in code points.
-std::size_t width_of(std::string_view text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
-}
-
-std::vector<std::size_t> widths_of(const Grid& grid) {
-  std::vector<std::size_t> widths(grid[0].size(), 0);
-  for (const auto& line : grid) {
-    for (std::size_t c = 0; c < line.size(); ++c)
-      widths[c] = std::max(widths[c], width_of(line[c]));
-  }
-  return widths;
-}
-
-/// Text columns to the left, numbers to the right.
-std::string padded(const std::string& text, std::size_t width, bool is_text) {
-  const std::string blanks(width - std::min(width, width_of(text)), ' ');
-  return is_text ? text + blanks : blanks + text;
-}
-
-/// Keeps both ends, where names differ. Bytes of one code point stay together.
-std::string shortened(const std::string& text, std::size_t width) {
-  if (width_of(text) <= width) return text;
-  std::vector<std::string> points;
-  for (const char c : text) {
-    if ((c & 0xC0) != 0x80) points.emplace_back();
-    points.back() += c;
-  }
-  const std::size_t tail = (width - 1) / 2;
-  const std::size_t head = width - 1 - tail;
-  std::string result;
-  for (std::size_t i = 0; i < head; ++i) result += points[i];
-  result += '~';
-  for (std::size_t i = points.size() - tail; i < points.size(); ++i) result += points[i];
-  return result;
-}
-
 /// What scenes with shapes of type "model" are made of.
 void add_geometry_notes(std::span<const EfficiencyRow> rows, std::vector<std::string>& notes) {
   std::set<std::string> said;
@@ -152,6 +81,36 @@ void add_geometry_notes(std::span<const EfficiencyRow> rows, std::vector<std::st
   }
 }
 
+/// What the marks beside numbers and verdicts mean, where there are any.
+void add_flag_notes(std::span<const EfficiencyRow> rows, std::vector<std::string>& notes) {
+  std::int64_t most = 0;
+  std::size_t tested = 0;
+  int contaminated = 0;
+  for (const EfficiencyRow& row : rows) {
+    most = std::max(most, row.best_of.value_or(0));
+    tested += row.bias_p_holm.has_value();
+    contaminated += row.n_contaminated;
+  }
+  if (most > 0) {
+    notes.push_back(
+        fmt::format("*: the most efficient of up to {} cells that differ in SRL or parameters only "
+                    "(best_of in the CSV file has the number of each). The best of several is "
+                    "favoured by chance; measure it alone before quoting it.",
+                    most));
+  }
+  if (contaminated > 0) {
+    notes.push_back(fmt::format(
+        "c: some runs were disturbed by other work ({} in all); they are kept in the raw rows, and "
+        "clean repetitions are used where there are any.",
+        contaminated));
+  }
+  if (std::any_of(rows.begin(), rows.end(), is_biased)) {
+    notes.push_back(fmt::format(
+        "biased: the mean error differs from 0, p <= {:g} after Holm over the {} cells tested.",
+        kBiasLevel, tested));
+  }
+}
+
 std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows,
                                    const TableOptions& options) {
   std::vector<std::string> notes;
@@ -160,6 +119,9 @@ std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows,
       "Eff: 1/(T x MSE) in {} time. Ratio: over that of \"{}\" in the same blocks; in brackets its "
       "{:g} % interval (block jackknife of the ratio of means, t).",
       time, options.baseline, 100 * options.confidence));
+  notes.push_back(
+      "Detectable: the smallest difference of efficiencies that as many blocks of this noise show "
+      "with 80 % power, two-sided at 5 %.");
   notes.push_back(
       fmt::format("MSE is debiased; relMSE divides by reference^2 + {:g} mean(reference)^2.",
                   options.relmse_epsilon));
@@ -172,6 +134,7 @@ std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows,
   if (!options.published_source.empty() && has_published(rows)) {
     notes.push_back("Published ratio: " + options.published_source);
   }
+  add_flag_notes(rows, notes);
   add_geometry_notes(rows, notes);
   for (const EfficiencyRow& row : rows) {
     if (row.note.empty()) continue;
@@ -179,12 +142,6 @@ std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows,
                                 row.sampler, srl_text(row), row.note));
   }
   return notes;
-}
-
-std::string escaped(std::string text) {
-  for (std::size_t i = 0; (i = text.find('|', i)) != std::string::npos; i += 2)
-    text.insert(i, "\\");
-  return text;
 }
 
 struct TableContext {
@@ -201,85 +158,71 @@ struct ShownColumn {
 };
 
 // clang-format off
-constexpr std::array<ShownColumn, 18> kShownColumns{{
+constexpr std::array<ShownColumn, 22> kShownColumns{{
     {"Scene", true, true, [](const auto& r, const auto&) { return r.scene; }},
     {"Label", true, true, [](const auto& r, const auto& c) { return label_text(r, c.rows); }},
     {"Sampler", true, true, [](const auto& r, const auto&) { return r.sampler; }},
-    {"Budget", false, false, [](const auto& r, const auto&) { return seconds(r.budget_s); }},
+    {kBudgetTitle, false, false, [](const auto& r, const auto&) { return seconds_text(r.budget_s); }},
     {"SPP", false, true, [](const auto& r, const auto&) { return std::to_string(r.spp); }},
     {"SRL", false, true, [](const auto& r, const auto&) { return srl_text(r); }},
     {"Pop", false, true, [](const auto& r, const auto&) { return population_text(r); }},
-    {"Blocks", false, false, [](const auto& r, const auto&) { return std::to_string(r.n_blocks); }},
-    {"T_cpu", false, true, [](const auto& r, const auto&) { return seconds(r.time_cpu_s); }},
+    {"Blocks", false, false, [](const auto& r, const auto&) { return blocks_text(r); }},
+    {"T_cpu", false, true, [](const auto& r, const auto&) { return seconds_text(r.time_cpu_s); }},
     {"MSE", false, true, [](const auto& r, const auto&) { return error_text(r); }},
-    {"relMSE", false, true, [](const auto& r, const auto&) { return number(r.relmse); }},
+    {"relMSE", false, true, [](const auto& r, const auto&) { return number_text(r.relmse); }},
     {"Eff", false, true, [](const auto& r, const auto& c) { return eff_text(r, c.options); }},
     {"Ratio", false, true, [](const auto& r, const auto&) {
-       return interval(r.ratio, r.ratio_lo, r.ratio_hi); }},
+       return ratio_interval_text(r.ratio, r.ratio_lo, r.ratio_hi); }},
     {kPublishedTitle, false, true, [](const auto& r, const auto&) {
-       return interval(r.ratio_published, {}, {}); }},
+       return ratio_interval_text(r.ratio_published, {}, {}); }},
+    {"by wall", false, false, [](const auto& r, const auto&) {
+       return ratio_interval_text(r.ratio_wall, r.ratio_wall_lo, r.ratio_wall_hi); }},
+    {"by rays", false, false, [](const auto& r, const auto&) {
+       return ratio_interval_text(r.ratio_rays, r.ratio_rays_lo, r.ratio_rays_hi); }},
+    {"by instr.", false, false, [](const auto& r, const auto&) {
+       return ratio_interval_text(r.ratio_instructions, r.ratio_instructions_lo,
+                                  r.ratio_instructions_hi); }},
+    {"Detectable", false, false, [](const auto& r, const auto&) {
+       return percent_text(r.detectable); }},
     {"Ratio to tuned", false, false, [](const auto& r, const auto&) {
-       return interval(r.ratio_tuned, r.ratio_tuned_lo, r.ratio_tuned_hi); }},
-    {"Bias", false, false, [](const auto& r, const auto&) { return percent(r.bias_rel); }},
-    {"Bias p", false, false, [](const auto& r, const auto&) { return number(r.bias_p); }},
-    {"Verdict", true, true, [](const auto& r, const auto&) { return shown_verdict(r.verdict); }},
+       return ratio_interval_text(r.ratio_tuned, r.ratio_tuned_lo, r.ratio_tuned_hi); }},
+    {"Bias", false, false, [](const auto& r, const auto&) { return percent_text(r.bias_rel); }},
+    {"Bias p", false, false, [](const auto& r, const auto&) { return number_text(r.bias_p); }},
+    {"Verdict", true, true, [](const auto& r, const auto&) { return shown_verdict(r); }},
 }};
 // clang-format on
 
-/// The columns that are shown: that of published ratios only where there are any.
+bool has_budgets(std::span<const EfficiencyRow> rows) {
+  return std::any_of(rows.begin(), rows.end(), [&](const EfficiencyRow& row) {
+    return row.budget_s != rows.front().budget_s;
+  });
+}
+
+/// The columns that are shown: that of published ratios only where there are any, that of budgets
+/// on a terminal only where it tells cells apart.
 std::vector<ShownColumn> columns_of(const TableContext& context, bool terminal) {
   std::vector<ShownColumn> columns;
   for (const ShownColumn& c : kShownColumns) {
-    if (terminal && !c.in_terminal) continue;
+    const bool tells_apart = c.title == kBudgetTitle && has_budgets(context.rows);
+    if (terminal && !c.in_terminal && !tells_apart) continue;
     if (c.title == kPublishedTitle && !has_published(context.rows)) continue;
     columns.push_back(c);
   }
   return columns;
 }
 
-Grid grid_of(const TableContext& context, const std::vector<ShownColumn>& columns) {
-  Grid grid(1);
-  for (const ShownColumn& c : columns) grid[0].emplace_back(c.title);
+TextGrid grid_of(const TableContext& context, bool terminal) {
+  const std::vector<ShownColumn> columns = columns_of(context, terminal);
+  TextGrid grid;
+  for (const ShownColumn& c : columns) grid.columns.push_back({std::string(c.title), c.is_text});
   for (const EfficiencyRow& row : context.rows) {
-    auto& line = grid.emplace_back();
+    auto& line = grid.lines.emplace_back();
     for (const ShownColumn& c : columns) line.push_back(c.text(row, context));
   }
   return grid;
 }
 
-/// Narrows the widest of the name columns until the line fits.
-void fit_names(std::vector<std::size_t>& widths, const std::vector<ShownColumn>& columns) {
-  std::size_t total = widths.size() - 1;
-  for (const std::size_t width : widths) total += width;
-  for (; total > kTerminalWidth; --total) {
-    std::size_t widest = 0;  // the first three columns are names
-    for (std::size_t c = 1; c < 3; ++c) {
-      if (columns[c].is_text && widths[c] > widths[widest]) widest = c;
-    }
-    if (widths[widest] <= kShortestName) return;
-    --widths[widest];
-  }
-}
-
-std::string without_line_ends(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
-}
-
 }  // namespace
-
-std::string wrapped(const std::string& text, std::size_t width) {
-  std::string result;
-  std::size_t start = 0;
-  while (text.size() - start > width) {
-    std::size_t end = text.rfind(' ', start + width);
-    if (end == std::string::npos || end <= start) end = start + width;
-    result += text.substr(start, end - start) + "\n";
-    start = text[end] == ' ' ? end + 1 : end;
-  }
-  return result + text.substr(start) + "\n";
-}
 
 std::string to_csv(std::span<const EfficiencyRow> rows) {
   std::string text = csv_line(efficiency_columns());
@@ -288,55 +231,14 @@ std::string to_csv(std::span<const EfficiencyRow> rows) {
 }
 
 std::string to_markdown(std::span<const EfficiencyRow> rows, const TableOptions& options) {
-  const TableContext context{rows, options};
-  const std::vector<ShownColumn> columns = columns_of(context, false);
-  Grid grid = grid_of(context, columns);
-  for (auto& line : grid) {
-    for (std::string& field : line) field = escaped(without_line_ends(field));
-  }
-  const std::vector<std::size_t> widths = widths_of(grid);
-  std::string text;
-  for (std::size_t l = 0; l < grid.size(); ++l) {
-    text += "|";
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      text += " " + padded(grid[l][c], widths[c], columns[c].is_text) + " |";
-    }
-    text += "\n";
-    if (l > 0) continue;
-    text += "|";
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      const std::string dashes(widths[c], '-');
-      text += columns[c].is_text ? ":" + dashes + "-|" : "-" + dashes + ":|";
-    }
-    text += "\n";
-  }
-  text += "\n";
-  for (const std::string& note : footnotes(rows, options)) {
-    text += "- " + escaped(without_line_ends(note)) + "\n";
-  }
-  return text;
+  return markdown_grid(grid_of({rows, options}, false)) + "\n" +
+         markdown_notes(footnotes(rows, options));
 }
 
 std::string to_terminal(std::span<const EfficiencyRow> rows, const TableOptions& options) {
-  const TableContext context{rows, options};
-  const std::vector<ShownColumn> columns = columns_of(context, true);
-  const Grid grid = grid_of(context, columns);
-  std::vector<std::size_t> widths = widths_of(grid);
-  fit_names(widths, columns);
-  std::string text;
-  for (const auto& line : grid) {
-    std::string out;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      const std::string field = c < 3 ? shortened(line[c], widths[c]) : line[c];
-      out += (c > 0 ? " " : "") + padded(field, widths[c], columns[c].is_text);
-    }
-    out.erase(out.find_last_not_of(' ') + 1);
-    text += out + "\n";
-  }
-  for (const std::string& note : footnotes(rows, options)) {
-    text += wrapped(without_line_ends(note), kTerminalWidth);
-  }
-  return text;
+  constexpr std::size_t kNames = 3;
+  return terminal_grid(grid_of({rows, options}, true), kNames) +
+         terminal_notes(footnotes(rows, options));
 }
 
 }  // namespace penumbra

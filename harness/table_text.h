@@ -17,8 +17,4 @@ std::string to_markdown(std::span<const EfficiencyRow> rows, const TableOptions&
 /// Plain text for a terminal: at most 119 columns, long names shortened in the middle with '~'.
 std::string to_terminal(std::span<const EfficiencyRow> rows, const TableOptions& options);
 
-/// Text broken into lines of at most `width` bytes, at blanks or inside a word that is too long;
-/// ends with a line end.
-std::string wrapped(const std::string& text, std::size_t width);
-
 }  // namespace penumbra

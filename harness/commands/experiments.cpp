@@ -153,9 +153,9 @@ int run_command(const RunCommandOptions& options) {
   const RunOutcome outcome = experiment.run();
 
   const Report report = make_report(run_options.out);
-  write_report(report, run_options.out);
+  write_tables(run_options.out, report.tables);
   show_report(report);
-  warn_of_missed_budgets(experiment.config(), report.table);
+  warn_of_missed_budgets(experiment.config(), report.tables.efficiency);
   if (outcome.rows_contaminated > 0) {
     warn(
         fmt::format("{} runs were disturbed by other work on the machine in all {} attempts; the "

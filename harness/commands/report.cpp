@@ -4,12 +4,11 @@
 
 #include "harness/commands/commands.h"
 #include "harness/progress.h"
-#include "harness/table_text.h"
 
 namespace penumbra {
 
 void show_report(const Report& report) {
-  fmt::print("{}", to_terminal(report.table, report.options));
+  fmt::print("{}", to_terminal(report.tables));
   if (report.stale_rows > 0) {
     note(
         fmt::format("{} rows are of cells that the config no longer has; they stay in "
@@ -20,7 +19,7 @@ void show_report(const Report& report) {
 
 int report_command(const std::filesystem::path& folder) {
   const Report report = make_report(folder);
-  write_report(report, folder);
+  write_tables(folder, report.tables);
   show_report(report);
   fmt::print("table: {}\n", (folder / "efficiency.md").string());
   return kSuccess;

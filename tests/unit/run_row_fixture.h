@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,31 @@ inline std::vector<RunRow> two_methods() {
     rows.push_back(run("mis", block, 1.0, 1.0 * spread * (block % 2 == 0 ? 1.01 : 0.99)));
   }
   return rows;
+}
+
+/// A scene at several budgets of 1, 2, 4 and 8 s: errors scale / time, with a small spread over 4
+/// blocks that differs between labels and budgets.
+inline std::vector<RunRow> budget_rows(const std::string& scene, const std::string& label,
+                                       double scale) {
+  std::vector<RunRow> rows;
+  for (const double budget : {1.0, 2.0, 4.0, 8.0}) {
+    for (int block = 0; block < 4; ++block) {
+      const double phase = static_cast<double>(label.size()) + budget + 1.7 * block;
+      RunRow row = run(label, block, budget, scale / budget * (1 + 0.01 * std::sin(phase)));
+      row.run_id = scene + row.run_id + "-" + std::to_string(budget);
+      row.scene = scene;
+      row.reference_id = "r-" + scene;
+      row.budget_s = budget;
+      row.relmse = *row.mse / 4;
+      row.spp = static_cast<int>(8 * budget);
+      rows.push_back(row);
+    }
+  }
+  return rows;
+}
+
+inline void append(std::vector<RunRow>& rows, const std::vector<RunRow>& more) {
+  rows.insert(rows.end(), more.begin(), more.end());
 }
 
 inline TableOptions options(const std::string& baseline = "mis") {

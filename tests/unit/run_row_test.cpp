@@ -42,7 +42,10 @@ TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
             "eff_hi, ratio, ratio_lo, ratio_hi, eff_cpu, eff_rays, eff_instructions, bias_rel, "
             "bias_p, verdict, sampler, params, budget_s, baseline, err_lo, err_hi, relmse, p_eff, "
             "reference_share, ratio_tuned, ratio_tuned_lo, ratio_tuned_hi, T_cpu_s, srl_initial, "
-            "srl_adaptive, note, ratio_published, geometry");
+            "srl_adaptive, note, ratio_published, geometry, ratio_wall, ratio_wall_lo, "
+            "ratio_wall_hi, ratio_rays, ratio_rays_lo, ratio_rays_hi, ratio_instructions, "
+            "ratio_instructions_lo, ratio_instructions_hi, ratio_blocks, log_ratio_se, detectable, "
+            "bias_p_holm, best_of, n_contaminated");
 }
 
 TEST(RunColumns, HoldEveryMetricButTheRoot) {
@@ -87,6 +90,8 @@ TEST_F(TableFile, EveryFieldOfARunReadsBack) {
   full.failure = "line 1\nline 2";
   full.reference_floor = 1e-9;
   full.image_hash = "00ff";
+  full.attempt = 1;
+  full.contaminated = "steal 3 %";
   // No field of the row above has the text of an untouched one, so a swapped column cannot go
   // unnoticed.
   const std::vector<RunRow> rows{full, RunRow{}};

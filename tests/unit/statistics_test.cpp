@@ -4,38 +4,16 @@
 
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numbers>
-#include <random>
-#include <string_view>
 #include <vector>
+
+#include "tests/unit/noise.h"
 
 namespace penumbra {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-/// The seed is the FNV-1a hash of the test's name, so that tests do not share a stream.
-class Noise {
- public:
-  explicit Noise(std::string_view test) : engine_(hash(test)) {}
-
-  double gaussian() {  // Box and Muller
-    const double radius = std::sqrt(-2 * std::log(1 - uniform()));
-    return radius * std::cos(2 * std::numbers::pi * uniform());
-  }
-
- private:
-  static std::uint64_t hash(std::string_view text) {
-    std::uint64_t h = 14695981039346656037ULL;
-    for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
-    return h;
-  }
-  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
-
-  std::mt19937_64 engine_;
-};
 
 Welford welford(const std::vector<double>& values) {
   Welford w;
@@ -249,32 +227,20 @@ TEST(SamplesForTime, RoundsDownAndRefusesLessThanOne) {
 /// 8 degrees of freedom (relative standard deviation 0.5). The method takes 1.5 and errs 0.5 times
 /// as much as its baseline.
 std::vector<PairedCostError> simulated_blocks(int count, Noise& noise) {
-  const auto error = [&] {
-    double sum = 0;
-    for (int i = 0; i < 8; ++i) {
-      const double z = noise.gaussian();
-      sum += z * z;
-    }
-    return sum / 8;
-  };
   std::vector<PairedCostError> blocks;
   for (int i = 0; i < count; ++i) {
     const double drift = std::exp(0.3 * noise.gaussian());
     const double time_m = 1.5 * drift * std::exp(0.1 * noise.gaussian());
     const double time_b = drift * std::exp(0.1 * noise.gaussian());
-    blocks.push_back({{time_m, 0.5 * error()}, {time_b, error()}});
+    const double error_m = 0.5 * noise.mean_square(8);
+    blocks.push_back({{time_m, error_m}, {time_b, noise.mean_square(8)}});
   }
   return blocks;
 }
 
 constexpr int kTrials = 2000;
 
-/// Whether a coverage agrees with 0.95: within 3.29 binomial standard errors, a false-alarm level
-/// of 1e-3 for an interval that covers exactly 0.95.
-bool covers_nominally(int hits) {
-  const double coverage = static_cast<double>(hits) / kTrials;
-  return std::abs(coverage - 0.95) <= 3.29 * std::sqrt(0.95 * 0.05 / kTrials);
-}
+bool covers_nominally(int hits) { return is_nominal(hits, kTrials, 0.95); }
 
 /// @param critical  of the interval's half width in standard errors; 0 for the interval as it is
 /// reported
@@ -323,6 +289,41 @@ TEST(StatisticalJackknife, NormalIntervalOfThreeBlocksIsFoundOut) {
   const int hits = count_covered(3, 1.96, noise);
   EXPECT_FALSE(covers_nominally(hits)) << hits << " of " << kTrials;
   EXPECT_LT(hits, kTrials * 9 / 10);
+}
+
+TEST(DetectableEffect, MatchesHandComputation) {
+  // Two blocks: one degree of freedom, quantiles tan(pi (p - 1/2)).
+  const double t = std::tan(std::numbers::pi * 0.475) + std::tan(std::numbers::pi * 0.3);
+  EXPECT_NEAR(detectable_effect(0.01, 2).value(), std::exp(0.01 * t) - 1, 1e-9);
+  // 2/50 + 2/200 + 0.5^2 = 0.3, over two blocks.
+  EXPECT_NEAR(detectable_effect(50, 200, 0.5, 2).value(), std::exp(std::sqrt(0.15) * t) - 1, 1e-6);
+  EXPECT_FALSE(detectable_effect(0.01, 1).has_value());
+  EXPECT_FALSE(detectable_effect(50, 200, 0.5, 1).has_value());
+}
+
+// Seed: the test's name. The formula adds two quantiles where the exact power needs the non-central
+// t, so the power is 0.8 within 0.03 and not exactly; the binomial part is 3.29 standard errors.
+TEST(StatisticalDetectableEffect, IsFoundInFourOfFiveMeasurements) {
+  Noise noise("StatisticalDetectableEffect.IsFoundInFourOfFiveMeasurements");
+  constexpr int kPixels = 500;
+  constexpr double kTimeSd = 0.05;
+  for (const int count : {6, 10, 20}) {
+    const double effect = detectable_effect(kPixels, kPixels, kTimeSd, count).value();
+    int found = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      std::vector<PairedCostError> blocks;
+      for (int i = 0; i < count; ++i) {
+        const double time = std::exp(kTimeSd * noise.gaussian());
+        const auto error = [&] { return 1 + std::sqrt(2.0 / kPixels) * noise.gaussian(); };
+        const double own = error();
+        blocks.push_back({{time, own / (1 + effect)}, {1, error()}});
+      }
+      const Interval interval = log_efficiency_ratio(blocks).log->interval.value();
+      found += interval.lo > 0 || interval.hi < 0 ? 1 : 0;
+    }
+    const double power = static_cast<double>(found) / kTrials;
+    EXPECT_NEAR(power, 0.8, 0.03 + 3.29 * std::sqrt(0.16 / kTrials)) << "at R = " << count;
+  }
 }
 
 }  // namespace
