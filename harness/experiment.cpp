@@ -15,9 +15,12 @@
 #include "harness/build_info.h"
 #include "harness/csv.h"
 #include "harness/keys.h"
+#include "harness/metric_columns.h"
 #include "harness/metrics.h"
 #include "harness/progress.h"
 #include "harness/render.h"
+#include "harness/replicate_files.h"
+#include "harness/shell_words.h"
 #include "harness/table_text.h"
 #include "scenes/core/error.h"
 
@@ -49,16 +52,6 @@ class Stage {
   std::string name_;
   Stopwatch watch_;
 };
-
-// One word of a shell's command line.
-std::string shell_quoted(const std::string& text) {
-  const std::string plain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+=:,@%";
-  if (!text.empty() && text.find_first_not_of(plain) == std::string::npos) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-  return quoted + "'";
-}
 
 std::string run_id(const Cell& cell, int block) {
   return hash_id(
@@ -143,7 +136,10 @@ void Experiment::open_folder() {
 void Experiment::provide_references() {
   std::set<std::size_t> needed;
   for (const Cell& cell : cells_) needed.insert(cell.scene);
-  for (const std::size_t s : needed) references_[s] = provide_reference(scenes_[s], threads_);
+  for (const std::size_t s : needed) {
+    references_[s] = provide_reference(scenes_[s], threads_);
+    note(describe(scenes_[s].config->name, *references_[s]));
+  }
 }
 
 void Experiment::provide_plan() {
@@ -242,6 +238,7 @@ RunRow Experiment::measure(const Cell& cell, int block, int order) {
   row.camera_samples = scene.points.camera_samples;
   row.order = order;
   row.reference_id = reference.id;
+  row.reference_spp = reference.spp;
 
   const RenderResult result =
       render(*scene.scene, scene.points, render_settings(cell, row.seed, threads_));
@@ -255,6 +252,8 @@ RunRow Experiment::measure(const Cell& cell, int block, int order) {
   if (result.instructions > 0) row.instructions = result.instructions;
   row.nonfinite = result.bad_count;
   row.image_hash = result.radiance_hash();
+  const Image image = result.image();
+  if (config_.images.runs) write_run_picture(options_.out, row, image);
   if (result.bad_count > 0 || result.counters.uncovered > 0) {
     row.status = RunStatus::Failed;
     row.failure = result.bad_count > 0
@@ -263,19 +262,7 @@ RunRow Experiment::measure(const Cell& cell, int block, int order) {
     write_events(row, cell, result);
     return row;
   }
-  const Image image = result.image();
-  const ImageMetrics metrics =
-      image_metrics(image.pixels, reference.halves(), config_.relmse_epsilon);
-  row.mse = metrics.mse;
-  row.mse_naive = metrics.mse_naive;
-  row.relmse = metrics.relmse;
-  row.mape = metrics.mape;
-  row.mean_error = metrics.mean_error;
-  row.p_eff = metrics.p_eff;
-  row.reference_share = metrics.reference_share;
-  row.reference_mean = metrics.reference.mean;
-  row.reference_mean_se = metrics.reference.mean_se;
-  row.reference_floor = metrics.reference.floor;
+  record_metrics(image_metrics(image.pixels, reference.halves(), config_.relmse_epsilon), row);
   return row;
 }
 
@@ -312,9 +299,24 @@ std::vector<EfficiencyRow> Experiment::table() const {
 }
 
 void Experiment::write_tables() const {
-  const std::vector<EfficiencyRow> rows = table();
+  std::vector<EfficiencyRow> rows = table();
+  add_replicates_of_runs(rows);
   write_file_atomically(options_.out / "efficiency.csv", to_csv(rows));
   write_file_atomically(options_.out / "efficiency.md", to_markdown(rows, table_options()));
+}
+
+void Experiment::add_replicates_of_runs(std::vector<EfficiencyRow>& table) const {
+  const std::vector<RunRow> runs = read_run_rows(options_.out / "measurements.csv").rows;
+  for (const Cell& cell : cells_) {
+    for (EfficiencyRow& row : table) {
+      const std::vector<RunRow> own = rows_of_cell(runs, row);
+      if (own.front().cell != cell.id) continue;
+      const auto summary = summarise_replicates(options_.out, own, *references_[cell.scene]);
+      if (!summary) continue;
+      add_replicates(row, *summary);
+      write_replicate_picture(image_file(cell, "-stddev.exr"), *summary, *references_[cell.scene]);
+    }
+  }
 }
 
 }  // namespace penumbra

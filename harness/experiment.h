@@ -51,6 +51,8 @@ class Experiment {
   /// Efficiency table of all rows in the folder, in the config's order.
   std::vector<EfficiencyRow> table() const;
   TableOptions table_options() const;
+  /// By scene, of the scenes of the cells; empty before `run`.
+  const std::vector<std::optional<Reference>>& references() const { return references_; }
   const std::vector<StageTime>& stages() const { return stages_; }
 
  private:
@@ -63,6 +65,7 @@ class Experiment {
   void write_cell_pictures(const Cell& cell);
   void write_events(const RunRow& row, const Cell& cell, const RenderResult& result);
   void write_tables() const;
+  void add_replicates_of_runs(std::vector<EfficiencyRow>& table) const;
   std::filesystem::path image_file(const Cell& cell, const std::string& suffix) const;
   std::vector<std::size_t> block_order(int block) const;
 

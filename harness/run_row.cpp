@@ -14,8 +14,8 @@ namespace penumbra {
 namespace {
 
 constexpr std::array<std::string_view, 2> kStatusTexts{"ok", "failed"};
-constexpr std::array<std::string_view, 6> kVerdictTexts{
-    "baseline", "better", "worse", "inconclusive", "reference_limited", "failed"};
+constexpr std::array<std::string_view, 7> kVerdictTexts{
+    "baseline", "better", "worse", "inconclusive", "reference_limited", "failed", "exact"};
 
 template <class Enum, std::size_t n>
 bool parse_enum(std::string_view text, const std::array<std::string_view, n>& texts, Enum& value) {
@@ -88,7 +88,9 @@ constexpr std::array kRunColumns{
     PN_RUN(cell), PN_RUN(params), PN_RUN(camera_samples), PN_RUN(samples), PN_RUN(order),
     PN_RUN(failure), PN_RUN(reference_mean), PN_RUN(reference_mean_se), PN_RUN(reference_floor),
     later_column<&RunRow::image_hash>("image_hash"),
-    later_column<&RunRow::geometry>("geometry")};
+    later_column<&RunRow::geometry>("geometry"),
+    later_column<&RunRow::relmse_trim>("relmse_trim"),
+    later_column<&RunRow::reference_spp>("reference_spp")};
 
 constexpr std::array kEfficiencyColumns{
     PN_EFF(scene), PN_EFF(label), PN_EFF(estimator), PN_EFF(spp), PN_EFF(srl), PN_EFF(population),
@@ -101,7 +103,12 @@ constexpr std::array kEfficiencyColumns{
     PN_EFF(ratio_tuned_lo), PN_EFF(ratio_tuned_hi),
     column<&EfficiencyRow::time_cpu_s>("T_cpu_s"), PN_EFF(srl_initial), PN_EFF(srl_adaptive),
     PN_EFF(note), later_column<&EfficiencyRow::ratio_published>("ratio_published"),
-    later_column<&EfficiencyRow::geometry>("geometry")};
+    later_column<&EfficiencyRow::geometry>("geometry"),
+    later_column<&EfficiencyRow::variance>("variance"),
+    later_column<&EfficiencyRow::bias2>("bias2"),
+    later_column<&EfficiencyRow::p_eff_runs>("p_eff_runs"),
+    later_column<&EfficiencyRow::bias_smallest_p>("bias_smallest_p"),
+    later_column<&EfficiencyRow::bias_tost>("bias_tost")};
 // clang-format on
 
 #undef PN_RUN

@@ -64,12 +64,14 @@ struct RunRow {
   std::string image_hash;  ///< of all bits of the image in double precision, of failed runs too;
                            ///< empty in files of versions that did not write it
   std::string geometry;    ///< of the scene: own, generated or models; likewise
+  std::optional<double> relmse_trim;          ///< likewise
+  std::optional<std::int64_t> reference_spp;  ///< estimates per pixel of the reference; likewise
 
   friend bool operator==(const RunRow&, const RunRow&) = default;
 };
 
-/// What is said about a cell, the first that applies: Failed, ReferenceLimited, Baseline, then the
-/// others.
+/// What is said about a cell, the first that applies: Failed, Exact, ReferenceLimited, Baseline,
+/// then the others.
 enum class Verdict {
   Baseline,          ///< the ratios' denominator
   Better,            ///< ratio_lo > 1
@@ -78,6 +80,7 @@ enum class Verdict {
   ReferenceLimited,  ///< more than half of the error is the reference's, or the error is not above
                      ///< 0
   Failed,            ///< at least one run failed or was not finite; all numbers are empty
+  Exact,             ///< the image is the reference to the rounding of float: nothing to compare
 };
 
 std::string_view verdict_text(Verdict verdict) noexcept;
@@ -127,6 +130,13 @@ struct EfficiencyRow {
   std::optional<double> ratio_published;  ///< of published efficiencies; empty where either is
                                           ///< missing
   std::string geometry;                   ///< of the scene: own, generated or models
+  /// From the pictures of the cell's runs (replicates.h); empty where they were not kept.
+  std::optional<double> variance;         ///< between runs: the MSE where there is no bias
+  std::optional<double> bias2;            ///< squared bias, signed
+  std::optional<double> p_eff_runs;       ///< effective pixels by the variance between runs
+  std::optional<double> bias_smallest_p;  ///< over the tiles of three scales, adjusted by Holm
+  std::string bias_tost;  ///< whether the bias of the whole image is inside +-0.5 %: "shown", "not
+                          ///< shown"
 
   friend bool operator==(const EfficiencyRow&, const EfficiencyRow&) = default;
 };

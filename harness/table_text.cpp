@@ -10,10 +10,11 @@
 #include <string_view>
 #include <vector>
 
+#include "harness/metrics.h"
+
 namespace penumbra {
 namespace {
 
-constexpr double kShareWarning = 0.05;
 constexpr double kPixelWarning = 200;
 constexpr std::size_t kTerminalWidth = 119;
 constexpr std::size_t kShortestName = 6;
@@ -61,7 +62,7 @@ std::string srl_text(const EfficiencyRow& row) {
 }
 
 bool noisy_reference(const EfficiencyRow& row) {
-  return row.reference_share.value_or(0) > kShareWarning;
+  return row.reference_share.value_or(0) > kShareToWarn;
 }
 
 bool few_pixels(const EfficiencyRow& row) {
@@ -83,6 +84,10 @@ std::string eff_text(const EfficiencyRow& row, const TableOptions& options) {
 
 std::string percent(const std::optional<double>& value) {
   return value ? fmt::format("{:+.2f} %", 100 * *value) : "-";
+}
+
+std::string share(const std::optional<double>& value) {
+  return value ? fmt::format("{:.2g} %", 100 * *value) : "-";
 }
 
 std::string shown_verdict(Verdict verdict) {
@@ -201,7 +206,7 @@ struct ShownColumn {
 };
 
 // clang-format off
-constexpr std::array<ShownColumn, 18> kShownColumns{{
+constexpr std::array<ShownColumn, 19> kShownColumns{{
     {"Scene", true, true, [](const auto& r, const auto&) { return r.scene; }},
     {"Label", true, true, [](const auto& r, const auto& c) { return label_text(r, c.rows); }},
     {"Sampler", true, true, [](const auto& r, const auto&) { return r.sampler; }},
@@ -212,6 +217,7 @@ constexpr std::array<ShownColumn, 18> kShownColumns{{
     {"Blocks", false, false, [](const auto& r, const auto&) { return std::to_string(r.n_blocks); }},
     {"T_cpu", false, true, [](const auto& r, const auto&) { return seconds(r.time_cpu_s); }},
     {"MSE", false, true, [](const auto& r, const auto&) { return error_text(r); }},
+    {"Ref share", false, false, [](const auto& r, const auto&) { return share(r.reference_share); }},
     {"relMSE", false, true, [](const auto& r, const auto&) { return number(r.relmse); }},
     {"Eff", false, true, [](const auto& r, const auto& c) { return eff_text(r, c.options); }},
     {"Ratio", false, true, [](const auto& r, const auto&) {

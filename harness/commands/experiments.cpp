@@ -8,15 +8,12 @@
 #include "harness/experiment.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
+#include "harness/replicate_files.h"
 #include "harness/table_text.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
 namespace {
-
-ExperimentConfig load(const ConfigOptions& options) {
-  return load_config(options.config, options.overrides);
-}
 
 double megabytes(double bytes) { return bytes / (1024.0 * 1024.0); }
 
@@ -43,7 +40,7 @@ void warn_of_missed_budgets(const ExperimentConfig& config,
 }  // namespace
 
 int validate_command(const ConfigOptions& options) {
-  const ExperimentConfig config = load(options);
+  const ExperimentConfig config = load_config(options.config, options.overrides);
   const Experiment experiment(config, {});
   fmt::print("{}: valid: {} scenes, {} cells, {} blocks\n", options.config.string(),
              config.scenes.size(), experiment.cells().size(), config.blocks);
@@ -51,7 +48,7 @@ int validate_command(const ConfigOptions& options) {
 }
 
 int plan_command(const ConfigOptions& options) {
-  const Experiment experiment(load(options), {});
+  const Experiment experiment(load_config(options.config, options.overrides), {});
   const ExperimentConfig& config = experiment.config();
   const std::vector<Cell>& cells = experiment.cells();
   const std::vector<PlannedCell> plan = run_pilots(config, experiment.scenes(), cells);
@@ -60,45 +57,37 @@ int plan_command(const ConfigOptions& options) {
              "CPU s/run");
   double total = 0.0;
   double bytes = 0.0;
+  double run_bytes = 0.0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const LoadedScene& scene = experiment.scenes()[cells[i].scene];
     fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10.3f}\n", scene.config->name, cells[i].label,
                to_string(cells[i].sampler), plan[i].spp, plan[i].srl.text(), plan[i].predicted_s);
     total += plan[i].predicted_s * config.blocks / threads;
     bytes += picture_bytes(scene, config.images.maps);
+    if (!config.images.runs) continue;
+    run_bytes += config.blocks * run_picture_bytes(scene.points.width, scene.points.height);
   }
-  fmt::print("\n{} cells x {} blocks: {} for the blocks on {} threads, {:.0f} MB of pictures\n",
-             cells.size(), config.blocks, duration_text(total), threads, megabytes(bytes));
+  fmt::print(
+      "\n{} cells x {} blocks: {} for the blocks on {} threads, {:.0f} MB of pictures, at most "
+      "{:.0f} MB of those of single runs (images.runs)\n",
+      cells.size(), config.blocks, duration_text(total), threads, megabytes(bytes),
+      megabytes(run_bytes));
   for (const LoadedScene& scene : experiment.scenes()) {
-    const std::string id = reference_id(scene);
-    const auto file = find_reference_file(scene.scene->name(), id);
-    fmt::print("reference of {}: {}\n", scene.config->name,
-               file ? file->string()
-                    : "to be rendered, " + std::to_string(scene.config->reference.spp) + " spp");
+    if (const std::optional<Reference> reference = find_reference(scene)) {
+      fmt::print("{}\n", describe(scene.config->name, *reference));
+    } else if (reference_type(scene) == ReferenceType::ExactSum) {
+      fmt::print("reference of {}: to be summed up exactly\n", scene.config->name);
+    } else {
+      fmt::print("reference of {}: to be rendered, {} spp\n", scene.config->name,
+                 scene.config->reference.spp);
+    }
   }
-  return kSuccess;
-}
-
-int reference_command(const ReferenceOptions& options) {
-  ExperimentConfig config = load(options.config);
-  const int threads = resolve_threads(options.threads.value_or(config.threads));
-  bool found = options.scene.empty();
-  for (const SceneConfig& scene_config : config.scenes) {
-    if (!options.scene.empty() && scene_config.name != options.scene) continue;
-    found = true;
-    const LoadedScene scene = load_scene(scene_config, config.tile, config.quantity);
-    const Reference reference = provide_reference(scene, threads, options.add_spp);
-    const ReferenceNoise noise = reference_noise(reference.halves());
-    fmt::print("{}: {} spp, mean {:.6g}, standard error per pixel {:.3g}\n",
-               reference.file.string(), reference.spp, noise.mean, std::sqrt(noise.variance));
-  }
-  if (!found) throw InputError("the config has no scene \"" + options.scene + "\"");
   return kSuccess;
 }
 
 int run_command(const RunCommandOptions& options) {
   handle_interrupts();
-  ExperimentConfig config = load(options.config);
+  ExperimentConfig config = load_config(options.config.config, options.config.overrides);
   if (options.threads) config.threads = *options.threads;
   RunOptions run_options;
   run_options.out = options.out.empty() ? project_root() / "results" / config.name : options.out;
@@ -110,6 +99,7 @@ int run_command(const RunCommandOptions& options) {
   const std::vector<EfficiencyRow> table = experiment.table();
   fmt::print("{}", to_terminal(table, experiment.table_options()));
   warn_of_missed_budgets(experiment.config(), table);
+  warn_of_reference_shares(experiment, table, options.config);
   fmt::print("\n{} runs measured, {} found in {}\n", outcome.rows_measured, outcome.rows_found,
              run_options.out.string());
   double total = 0.0;
