@@ -92,7 +92,8 @@ bool is_small_reference(const fs::path& file) {
 
 void check_small_reference(const fs::path& file, const std::string& id) {
   const std::string name = "small/" + file.filename().string();
-  for (const ordered_json& entry : read_manifest()["references"]) {
+  const ordered_json manifest = read_manifest();
+  for (const ordered_json& entry : manifest["references"]) {
     if (entry.value("file", "") != name) continue;
     if (entry.value("id", "") != id) {
       throw ReferenceError(fmt::format("{}: its entry in {} is of the reference {}, not {}; {}",

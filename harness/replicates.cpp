@@ -116,29 +116,41 @@ ReplicateSummary ReplicateSums::summary(const ReplicateReference& reference) con
   result.variance /= pixels;
   result.bias2 = product / pixels - result.variance / count();
   result.p_eff = effective_pixels(variances, count() - 1.0);
+  result.bias = test_bias(reference);
+  return result;
+}
 
+TileReplicates ReplicateSums::whole_image() const {
+  TileReplicates whole(bias_tiles(width_, height_, {}));
+  for (std::size_t r = 0; r < tiles_.count(); ++r) whole.add_values(tiles_.replicate(r).first(1));
+  return whole;
+}
+
+std::optional<BiasTestResult> ReplicateSums::test_bias(const ReplicateReference& reference) const {
+  if (count() < kReplicatesForTest) return std::nullopt;
   BiasTestOptions options;
   options.tolerance = kTolerance;
-  if (count() >= kReplicatesForTiles) {
-    result.bias = bias_test(tiles_, tile_estimates(reference, width_, tiles_.tiles()), options);
-  } else {
-    TileReplicates whole(bias_tiles(width_, height_, {}));
-    for (std::size_t r = 0; r < tiles_.count(); ++r) {
-      whole.add_values(tiles_.replicate(r).first(1));
-    }
-    result.bias = bias_test(whole, tile_estimates(reference, width_, whole.tiles()), options);
+  const TileReplicates whole = whole_image();
+  const std::vector<MeanEstimate> of_whole = tile_estimates(reference, width_, whole.tiles());
+  Welford means;
+  for (std::size_t r = 0; r < whole.count(); ++r) means.add(whole.replicate(r)[0]);
+  const double allowed = kReferenceVarianceForTiles * means.variance().value() / count();
+  if (count() < kReplicatesForTiles || of_whole[0].variance_of_mean > allowed) {
+    return bias_test(whole, of_whole, options);
   }
-  return result;
+  return bias_test(tiles_, tile_estimates(reference, width_, tiles_.tiles()), options);
 }
 
 void add_replicates(EfficiencyRow& row, const ReplicateSummary& summary) {
   row.variance = summary.variance;
   row.bias2 = summary.bias2;
   row.p_eff_runs = summary.p_eff;
-  row.bias_smallest_p = summary.bias.smallest_p;
+  row.bias_smallest_p.reset();
   row.bias_tost.clear();
-  if (summary.bias.relative_bias) {
-    row.bias_tost = summary.bias.relative_bias->shown_small ? "shown" : "not shown";
+  if (!summary.bias) return;
+  row.bias_smallest_p = summary.bias->smallest_p;
+  if (summary.bias->relative_bias) {
+    row.bias_tost = summary.bias->relative_bias->shown_small ? "shown" : "not shown";
   }
 }
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "harness/metrics.h"
+#include "harness/metric_columns.h"
 #include "harness/table_text.h"
 #include "scenes/core/error.h"
 #include "tests/unit/run_row_fixture.h"
@@ -32,7 +32,7 @@ TEST(RunColumns, AreThoseOfTheDesignInItsOrder) {
             "rays, time_wall_s, time_cpu_s, time_prepare_s, instructions, mse, mse_naive, relmse, "
             "mape, mean_error, p_eff, reference_id, reference_share, nonfinite, status, cell, "
             "params, camera_samples, samples, order, failure, reference_mean, reference_mean_se, "
-            "reference_floor, image_hash, geometry");
+            "reference_floor, image_hash, geometry, relmse_trim, reference_spp");
 }
 
 TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
@@ -41,7 +41,8 @@ TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
             "eff_hi, ratio, ratio_lo, ratio_hi, eff_cpu, eff_rays, eff_instructions, bias_rel, "
             "bias_p, verdict, sampler, params, budget_s, baseline, err_lo, err_hi, relmse, p_eff, "
             "reference_share, ratio_tuned, ratio_tuned_lo, ratio_tuned_hi, T_cpu_s, srl_initial, "
-            "srl_adaptive, note, ratio_published, geometry");
+            "srl_adaptive, note, ratio_published, geometry, variance, bias2, p_eff_runs, "
+            "bias_smallest_p, bias_tost");
 }
 
 TEST(RunColumns, HoldEveryMetricButTheRoot) {
@@ -50,6 +51,30 @@ TEST(RunColumns, HoldEveryMetricButTheRoot) {
     const bool present = std::find(columns.begin(), columns.end(), metric.name) != columns.end();
     EXPECT_EQ(present, metric.name != "rmse") << metric.name;
   }
+}
+
+TEST(RunColumns, AreFilledFromTheTableOfMetrics) {
+  const std::vector<Rgb> image{{1, 2, 3}, {4, 5, 6}};
+  const std::vector<Rgb> half_a{{1, 1, 1}, {4, 4, 4}};
+  const std::vector<Rgb> half_b{{0, 2, 2}, {6, 4, 6}};
+  const ImageMetrics metrics = image_metrics(image, {half_a, half_b}, 0.01);
+  RunRow row;
+  record_metrics(metrics, row);
+  const CsvRecord columns = run_columns();
+  const CsvRecord record = run_record(row);
+  int written = 0;
+  for (const MetricInfo& metric : metric_table()) {
+    const auto place = std::find(columns.begin(), columns.end(), metric.name);
+    if (place == columns.end()) continue;
+    const double expected = metric.value(metrics).value();
+    EXPECT_EQ(record[static_cast<std::size_t>(place - columns.begin())], csv_text(expected))
+        << metric.name;
+    ++written;
+  }
+  EXPECT_EQ(written, 8);
+  EXPECT_EQ(row.reference_mean, metrics.reference.mean);
+  EXPECT_EQ(row.reference_mean_se, metrics.reference.mean_se);
+  EXPECT_EQ(row.reference_floor, metrics.reference.floor);
 }
 
 class TableFile : public testing::Test {
@@ -123,7 +148,7 @@ TEST_F(TableFile, MissingAndUnknownColumnsAreNamed) {
 TEST_F(TableFile, ColumnThatOlderFilesLackIsEmpty) {
   CsvRecord names = run_columns();
   CsvRecord record = run_record(run("mis", 2, 0.5, 0.25));
-  for (const char* const later : {"geometry", "image_hash"}) {
+  for (const char* const later : {"reference_spp", "relmse_trim", "geometry", "image_hash"}) {
     ASSERT_EQ(names.back(), later);
     names.pop_back();
     record.pop_back();
