@@ -307,15 +307,16 @@ void Experiment::write_tables() const {
 
 void Experiment::add_replicates_of_runs(std::vector<EfficiencyRow>& table) const {
   const std::vector<RunRow> runs = read_run_rows(options_.out / "measurements.csv").rows;
-  for (const Cell& cell : cells_) {
-    for (EfficiencyRow& row : table) {
-      const std::vector<RunRow> own = rows_of_cell(runs, row);
-      if (own.front().cell != cell.id) continue;
-      const auto summary = summarise_replicates(options_.out, own, *references_[cell.scene]);
-      if (!summary) continue;
-      add_replicates(row, *summary);
-      write_replicate_picture(image_file(cell, "-stddev.exr"), *summary, *references_[cell.scene]);
-    }
+  for (EfficiencyRow& row : table) {
+    const std::vector<RunRow> own = rows_of_cell(runs, row);
+    const auto cell = std::find_if(cells_.begin(), cells_.end(),
+                                   [&](const Cell& c) { return c.id == own.front().cell; });
+    if (cell == cells_.end()) continue;
+    const Reference& reference = *references_[cell->scene];
+    const auto summary = summarise_replicates(options_.out, own, reference);
+    if (!summary) continue;
+    add_replicates(row, *summary);
+    write_replicate_picture(image_file(*cell, "-stddev.exr"), *summary, reference);
   }
 }
 

@@ -74,10 +74,13 @@ double trimmed_mean(std::span<const PixelErrors> pixels) {
     }
     return i < j;
   });
-  // In image order, so that the sum does not depend on how the library sorts.
-  std::sort(kept, order.end());
+  std::vector<bool> left_out(pixels.size(), false);
+  for (auto i = order.begin(); i != kept; ++i) left_out[*i] = true;
+  // In image order, so that the sum does not depend on how the library selects.
   double sum = 0;
-  for (auto i = kept; i != order.end(); ++i) sum += pixels[*i].relative_product;
+  for (std::size_t p = 0; p < pixels.size(); ++p) {
+    if (!left_out[p]) sum += pixels[p].relative_product;
+  }
   return sum / static_cast<double>(pixels.size() - trimmed);
 }
 
