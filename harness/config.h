@@ -29,8 +29,16 @@ struct Srl {
   friend bool operator==(const Srl&, const Srl&) = default;
 };
 
+/// How the truth of a scene is found.
+enum class ReferenceType {
+  Auto,      ///< ExactSum where the scene allows it, otherwise Sampled
+  Sampled,   ///< two halves of many estimates
+  ExactSum,  ///< a sum over lights without extent, free of noise; only where there are no others
+};
+
 /// How the reference of a scene is rendered, when it is not found.
 struct ReferenceConfig {
+  ReferenceType type{ReferenceType::Auto};
   std::string estimator{"mis"};  ///< any unbiased registered estimator except pmc_hi
   std::string sampler{"sobol"};
   ParamSet::Map params;
@@ -90,6 +98,7 @@ struct CropConfig {
 
 struct ImagesConfig {
   bool maps{true};       ///< maps of the estimators that have them (PMC-HI's alpha)
+  bool runs{true};       ///< the picture of every run (replicate_files.h)
   float exposure{0.0f};  ///< stops, of the PNGs
   std::vector<CropConfig> crops;
 };
@@ -131,5 +140,12 @@ Srl parse_srl(const std::string& text);
 /// The quantity of a name of `to_string`.
 /// @return nullopt when there is none of that name
 std::optional<Quantity> parse_quantity(std::string_view name);
+
+/// "auto", "sampled" or "exact_sum", as configs and references have it.
+std::string_view to_string(ReferenceType type);
+
+/// The type of a name of `to_string`.
+/// @return nullopt when there is none of that name
+std::optional<ReferenceType> parse_reference_type(std::string_view name);
 
 }  // namespace penumbra

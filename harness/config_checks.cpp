@@ -75,6 +75,7 @@ void ConfigReader::read_budget_times(const json& value, BudgetConfig& budget) {
 void ConfigReader::read_images() {
   const json& value = object_member(root_, "images");
   take(value, "maps", config_.images.maps);
+  take(value, "runs", config_.images.runs);
   take(value, "exposure", config_.images.exposure);
   const json& crops = array_member(value, "crops");
   for (std::size_t i = 0; i < crops.size(); ++i) {

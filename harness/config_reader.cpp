@@ -124,6 +124,10 @@ void ConfigReader::find_scene_file(const json& value, const std::string& pointer
 
 void ConfigReader::read_reference(const json& value, const std::string& pointer,
                                   const SceneConfig& scene, ReferenceConfig& reference) {
+  std::string type;
+  take(value, "type", type);
+  // Another name is a fault of the schema.
+  reference.type = parse_reference_type(type).value_or(ReferenceType::Auto);
   take(value, "estimator", reference.estimator);
   take(value, "sampler", reference.sampler);
   take(value, "spp", reference.spp);

@@ -68,6 +68,7 @@ ordered_json scene_json(const SceneConfig& scene) {
   if (scene.spp) result["spp"] = *scene.spp;
   const ReferenceConfig& reference = scene.reference;
   result["reference"] = {
+      {"type", to_string(reference.type)},
       {"estimator", reference.estimator},
       {"sampler", reference.sampler},
       {"params", params_json(reference.estimator, reference.params, param_to_json)},
@@ -104,6 +105,7 @@ ordered_json method_json(const MethodConfig& method) {
 ordered_json images_json(const ImagesConfig& images) {
   ordered_json result;
   result["maps"] = images.maps;
+  result["runs"] = images.runs;
   result["exposure"] = shortest(images.exposure);
   result["crops"] = ordered_json::array();
   for (const CropConfig& crop : images.crops) {

@@ -136,7 +136,10 @@ void Experiment::open_folder() {
 void Experiment::provide_references() {
   std::set<std::size_t> needed;
   for (const Cell& cell : cells_) needed.insert(cell.scene);
-  for (const std::size_t s : needed) references_[s] = provide_reference(scenes_[s], threads_);
+  for (const std::size_t s : needed) {
+    references_[s] = provide_reference(scenes_[s], threads_);
+    note(describe(scenes_[s].config->name, *references_[s]));
+  }
 }
 
 // A plan covers all cells of the config, so that --only can change between calls. Cells that it

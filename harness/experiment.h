@@ -51,6 +51,8 @@ class Experiment {
   /// @throws InputError when the folder holds the results of another experiment
   RunOutcome run();
 
+  /// By scene, of the scenes of the cells; empty before `run`.
+  const std::vector<std::optional<Reference>>& references() const { return references_; }
   const std::vector<StageTime>& stages() const { return stages_; }
 
  private:

@@ -7,25 +7,18 @@
 
 #include "harness/experiment.h"
 #include "harness/keys.h"
+#include "harness/metric_columns.h"
 #include "harness/metrics.h"
 #include "harness/progress.h"
 #include "harness/render.h"
+#include "harness/replicate_files.h"
 #include "harness/row_log.h"
 #include "harness/run_conditions.h"
+#include "harness/shell_words.h"
 
 /// The part of Experiment that measures: blocks of runs, one appended row each.
 namespace penumbra {
 namespace {
-
-// One word of a shell's command line.
-std::string shell_quoted(const std::string& text) {
-  const std::string plain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+=:,@%";
-  if (!text.empty() && text.find_first_not_of(plain) == std::string::npos) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-  return quoted + "'";
-}
 
 // In a unit that is proportional to time.
 double work_of(const Cell& cell) { return cell.budget_s.value_or(1.0); }
@@ -123,6 +116,7 @@ RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) 
   row.camera_samples = scene.points.camera_samples;
   row.order = order;
   row.reference_id = reference.id;
+  row.reference_spp = reference.spp;
 
   const ConditionsWatch watch;
   const RenderResult result =
@@ -143,6 +137,8 @@ RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) 
   if (result.instructions > 0) row.instructions = result.instructions;
   row.nonfinite = result.bad_count;
   row.image_hash = result.radiance_hash();
+  const Image image = result.image();
+  if (config_.images.runs) write_run_picture(options_.out, row, image);
   if (result.bad_count > 0 || result.counters.uncovered > 0) {
     row.status = RunStatus::Failed;
     row.failure = result.bad_count > 0
@@ -151,19 +147,7 @@ RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) 
     write_events(row, cell, result);
     return row;
   }
-  const Image image = result.image();
-  const ImageMetrics metrics =
-      image_metrics(image.pixels, reference.halves(), config_.relmse_epsilon);
-  row.mse = metrics.mse;
-  row.mse_naive = metrics.mse_naive;
-  row.relmse = metrics.relmse;
-  row.mape = metrics.mape;
-  row.mean_error = metrics.mean_error;
-  row.p_eff = metrics.p_eff;
-  row.reference_share = metrics.reference_share;
-  row.reference_mean = metrics.reference.mean;
-  row.reference_mean_se = metrics.reference.mean_se;
-  row.reference_floor = metrics.reference.floor;
+  record_metrics(image_metrics(image.pixels, reference.halves(), config_.relmse_epsilon), row);
   return row;
 }
 

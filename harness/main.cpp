@@ -58,6 +58,8 @@ void add_config_commands(CLI::App& app, Options& o) {
   add_config(*reference, o.reference.config);
   reference->add_option("--scene", o.reference.scene, "Only this scene");
   reference->add_option("--add-spp", o.reference.add_spp, "Adds this many estimates per pixel");
+  reference->add_flag("--small", o.reference.small,
+                      "Also puts it into references/small/ and references/manifest.json");
   reference->add_option("--threads", o.reference.threads, "0: all cores");
 
   CLI::App* run =

@@ -20,7 +20,8 @@ struct Report {
 /// How an experiment's tables are made.
 TableOptions table_options(const ExperimentConfig& config);
 
-/// Reads a result folder: config.resolved.json, plan.lock.json and measurements.csv.
+/// Reads a result folder: config.resolved.json, plan.lock.json, measurements.csv and, where they
+/// are, the pictures of single runs, whose standard deviation it writes as pictures.
 /// @throws InputError when it is not a result folder, or a file in it cannot be read
 Report make_report(const std::filesystem::path& folder);
 

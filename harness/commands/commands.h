@@ -10,6 +10,8 @@
 namespace penumbra {
 
 struct Report;
+class Experiment;
+struct EfficiencyRow;
 
 /// Exit codes of the program (README.md has the table).
 enum ExitCode : int {
@@ -42,9 +44,15 @@ struct ReferenceOptions {
   ConfigOptions config;
   std::string scene;  ///< empty: all
   int add_spp{0};
+  bool small{false};  ///< also into references/small/ and its manifest
   std::optional<int> threads;
 };
 int reference_command(const ReferenceOptions& options);
+
+/// Warns of every cell whose error contains too much of its reference's variance, with the command
+/// that lowers it.
+void warn_of_reference_shares(const Experiment& experiment, const std::vector<EfficiencyRow>& rows,
+                              const ConfigOptions& config);
 
 struct RunCommandOptions {
   ConfigOptions config;

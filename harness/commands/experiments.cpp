@@ -10,15 +10,13 @@
 #include "harness/experiment.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
+#include "harness/reference_job.h"
+#include "harness/replicate_files.h"
 #include "harness/report.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
 namespace {
-
-ExperimentConfig load(const ConfigOptions& options) {
-  return load_config(options.config, options.overrides);
-}
 
 double megabytes(double bytes) { return bytes / (1024.0 * 1024.0); }
 
@@ -31,6 +29,7 @@ double picture_bytes(const LoadedScene& scene, bool maps) {
 
 // A picture's files, per pixel: EXR and PNG are compressed on one core.
 constexpr double kWriting_s = 1.2e-6;
+constexpr double kWritingRun_s = 0.3e-6;
 
 void print_cells(const Experiment& experiment, const std::vector<PlannedCell>& plan) {
   fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10}\n", "scene", "label", "sampler", "spp", "SRL",
@@ -45,11 +44,12 @@ void print_cells(const Experiment& experiment, const std::vector<PlannedCell>& p
 
 // Time that the missing samples of a reference take, from one pass of it.
 double reference_s(const LoadedScene& scene, int threads) {
-  const auto file = find_reference_file(scene.scene->name(), reference_id(scene));
-  const int have = file ? read_reference(*file, reference_id(scene)).spp : 0;
-  const int missing = std::max(0, scene.config->reference.spp - have);
-  if (missing == 0) return 0.0;
+  const std::optional<Reference> found = find_reference(scene);
+  const bool exact = reference_type(scene) == ReferenceType::ExactSum;
   const RenderSettings settings = reference_settings(scene, threads);
+  const int wanted = exact ? 2 * settings.spp : scene.config->reference.spp;
+  const int missing = found ? (exact ? 0 : std::max(0, wanted - found->spp)) : wanted;
+  if (missing == 0) return 0.0;
   return render(*scene.scene, scene.points, settings).time_wall_s * missing / settings.spp;
 }
 
@@ -64,14 +64,19 @@ void print_prediction(const Experiment& experiment, const std::vector<PlannedCel
   const int threads = resolve_threads(config.threads);
   double references = 0.0;
   for (const LoadedScene& scene : experiment.scenes()) references += reference_s(scene, threads);
-  double blocks = 0.0, pictures = 0.0, bytes = 0.0;
+  double blocks = 0.0, pictures = 0.0, bytes = 0.0, run_bytes = 0.0;
   for (std::size_t i = 0; i < plan.size(); ++i) {
     const Cell& cell = experiment.cells()[i];
     const LoadedScene& scene = experiment.scenes()[cell.scene];
     const double run_s = plan[i].predicted_s / threads;
+    const double pixels = static_cast<double>(scene.points.width) * scene.points.height;
     blocks += run_s * config.blocks;
+    if (config.images.runs) {
+      blocks += kWritingRun_s * pixels * config.blocks;
+      run_bytes += config.blocks * run_picture_bytes(scene.points.width, scene.points.height);
+    }
     if (!has_pictures(config, cell)) continue;
-    pictures += run_s + kWriting_s * scene.points.width * scene.points.height;
+    pictures += run_s + kWriting_s * pixels;
     bytes += picture_bytes(scene, config.images.maps);
   }
   fmt::print("\n{} cells x {} blocks on {} threads\n", plan.size(), config.blocks, threads);
@@ -84,7 +89,8 @@ void print_prediction(const Experiment& experiment, const std::vector<PlannedCel
   line("blocks", blocks);
   line("pictures", pictures);
   line("together", spent.loading_s + references + spent.pilots_s + blocks + pictures);
-  fmt::print("  {:<26} {:.0f} MB\n", "disk", megabytes(bytes));
+  fmt::print("  {:<26} {:.0f} MB of pictures, at most {:.0f} MB of those of single runs\n", "disk",
+             megabytes(bytes), megabytes(run_bytes));
 }
 
 // Says which cells did not take the time they were given: their errors are not at equal time, their
@@ -103,7 +109,7 @@ void warn_of_missed_budgets(const ExperimentConfig& config,
 }  // namespace
 
 int validate_command(const ConfigOptions& options) {
-  const ExperimentConfig config = load(options);
+  const ExperimentConfig config = load_config(options.config, options.overrides);
   const Experiment experiment(config, {});
   fmt::print("{}: valid: {} scenes, {} cells, {} blocks\n", options.config.string(),
              config.scenes.size(), experiment.cells().size(), config.blocks);
@@ -111,8 +117,8 @@ int validate_command(const ConfigOptions& options) {
 }
 
 int plan_command(const ConfigOptions& options) {
-  Stopwatch loading;
-  const Experiment experiment(load(options), {});
+  const Stopwatch loading;
+  const Experiment experiment(load_config(options.config, options.overrides), {});
   const double loading_s = loading.wall_s();
   const Stopwatch piloting;
   const std::vector<PlannedCell> plan =
@@ -123,26 +129,9 @@ int plan_command(const ConfigOptions& options) {
   return kSuccess;
 }
 
-int reference_command(const ReferenceOptions& options) {
-  ExperimentConfig config = load(options.config);
-  const int threads = resolve_threads(options.threads.value_or(config.threads));
-  bool found = options.scene.empty();
-  for (const SceneConfig& scene_config : config.scenes) {
-    if (!options.scene.empty() && scene_config.name != options.scene) continue;
-    found = true;
-    const LoadedScene scene = load_scene(scene_config, config.tile, config.quantity);
-    const Reference reference = provide_reference(scene, threads, options.add_spp);
-    const ReferenceNoise noise = reference_noise(reference.halves());
-    fmt::print("{}: {} spp, mean {:.6g}, standard error per pixel {:.3g}\n",
-               reference.file.string(), reference.spp, noise.mean, std::sqrt(noise.variance));
-  }
-  if (!found) throw InputError("the config has no scene \"" + options.scene + "\"");
-  return kSuccess;
-}
-
 int run_command(const RunCommandOptions& options) {
   handle_interrupts();
-  ExperimentConfig config = load(options.config);
+  ExperimentConfig config = load_config(options.config.config, options.config.overrides);
   if (options.threads) config.threads = *options.threads;
   RunOptions run_options;
   run_options.out = options.out.empty() ? project_root() / "results" / config.name : options.out;
@@ -156,6 +145,7 @@ int run_command(const RunCommandOptions& options) {
   write_tables(run_options.out, report.tables);
   show_report(report);
   warn_of_missed_budgets(experiment.config(), report.tables.efficiency);
+  warn_of_reference_shares(experiment, report.tables.efficiency, options.config);
   if (outcome.rows_contaminated > 0) {
     warn(
         fmt::format("{} runs were disturbed by other work on the machine in all {} attempts; the "
