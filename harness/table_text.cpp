@@ -87,7 +87,7 @@ std::string percent(const std::optional<double>& value) {
 }
 
 std::string share(const std::optional<double>& value) {
-  return value ? fmt::format("{:.2g} %", 100 * *value) : "-";
+  return value ? number(100 * *value) + " %" : "-";
 }
 
 std::string shown_verdict(Verdict verdict) {
