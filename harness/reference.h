@@ -69,9 +69,8 @@ std::string describe(const std::string& scene_name, const Reference& reference);
 
 /// Estimates per pixel to add to a reference of `spp` so that its share of an error falls from
 /// `share` to kShareToWarn: the reference's variance falls as 1 / spp.
-/// @param share           above 0; nothing: the error is not above the reference's noise, so that
-/// no
-///                        number can be told, and four times the samples are a step
+/// @param share           above 0; nothing: the error is not above the reference's noise, which
+///                        tells no number, and four times the samples are a step
 /// @param camera_samples  each half gets a multiple of these
 /// @return 0 when the share is low enough
 std::int64_t spp_to_add(std::optional<double> share, int spp, int camera_samples);

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <utility>
 
 #include "scenes/core/error.h"
 
@@ -22,19 +20,23 @@ double mean_of_channels(const Vec3d& v) { return (v.x + v.y + v.z) / 3.0; }
 // Noise of a tile's mean: the sum of (A-B)/2 over each square of pixels that may be correlated.
 std::vector<double> square_sums(const ReplicateReference& reference, int width,
                                 const PixelRect& rect) {
-  const int side = reference.correlated_side;
-  std::map<std::pair<int, int>, double> sums;
+  const int side = reference.correlated_side > 0
+                       ? reference.correlated_side
+                       : std::max(rect.x + rect.width, rect.y + rect.height);
+  const int first_x = rect.x / side;
+  const int first_y = rect.y / side;
+  const int columns = (rect.x + rect.width - 1) / side - first_x + 1;
+  const int rows = (rect.y + rect.height - 1) / side - first_y + 1;
+  std::vector<double> sums(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0.0);
   for (int y = rect.y; y < rect.y + rect.height; ++y) {
     for (int x = rect.x; x < rect.x + rect.width; ++x) {
       const std::size_t p = pixel_index(width, x, y);
       const Vec3d difference = Vec3d(reference.halves.a[p]) - Vec3d(reference.halves.b[p]);
-      const auto square = side > 0 ? std::pair(x / side, y / side) : std::pair(0, 0);
-      sums[square] += 0.5 * mean_of_channels(difference);
+      sums[pixel_index(columns, x / side - first_x, y / side - first_y)] +=
+          0.5 * mean_of_channels(difference);
     }
   }
-  std::vector<double> result;
-  for (const auto& [square, sum] : sums) result.push_back(sum);
-  return result;
+  return sums;
 }
 
 double mean_of_reference(const ReplicateReference& reference, int width, const PixelRect& rect) {

@@ -29,8 +29,9 @@ std::string complaint(const EfficiencyRow& row) {
   if (row.verdict == Verdict::Exact || !row.err) return {};
   if (!row.reference_share) return "the error is not above the noise of the reference";
   if (!(*row.reference_share > kShareToWarn)) return {};
-  return fmt::format("{:.2g} % of the MSE is the variance of the reference{}",
-                     100.0 * *row.reference_share,
+  const double percent = 100.0 * *row.reference_share;
+  return fmt::format("{:.{}f} % of the MSE is the variance of the reference{}", percent,
+                     percent < 10.0 ? 1 : 0,
                      *row.reference_share > kShareToRefuse ? ", too much for an efficiency" : "");
 }
 
