@@ -146,7 +146,7 @@ bool is_rejected(const AnalyticScene& scene, int repetition, double planted,
     const std::uint64_t seed = seed_of(stream, repetition, i, "mis");
     // What is rendered as unbiased carries the fault; a planted error is known.
     const double energy = planted == 1 ? energy_factor(options) : planted;
-    replicates.add(scene.render("mis", 1, 8, seed, energy).radiance);
+    replicates.add(scene.render("mis", 1, 6, seed, energy).radiance);
   }
   BiasTestOptions test;
   test.level = kBiasLevel;
