@@ -10,7 +10,6 @@ namespace {
 
 constexpr std::size_t kLeastForInterpolation = 3;
 constexpr int kReweightings = 20;
-constexpr double kPriorDegrees = 10;
 
 double mean_without(const std::vector<double>& values, std::size_t skip) {
   Welford mean;
@@ -18,27 +17,6 @@ double mean_without(const std::vector<double>& values, std::size_t skip) {
     if (i != skip) mean.add(values[i]);
   }
   return mean.mean();
-}
-
-/// Of the mean error of each budget, relative to its square; 1 where nothing is known. The variance
-/// of few blocks is noisy, and weights from it cost coverage, so each is drawn towards the mean of
-/// all, which counts for kPriorDegrees of freedom.
-std::vector<double> relative_variances(const CurveData& data) {
-  std::vector<double> variances;
-  Welford all;
-  for (const BudgetRuns& budget : data.budgets) {
-    Welford errors;
-    for (const double e : budget.errors) errors.add(e);
-    const double error = errors.standard_error().value_or(0) / errors.mean();
-    variances.push_back(error * error);
-    all.add(variances.back());
-  }
-  const double own = static_cast<double>(data.blocks()) - 1;
-  for (double& v : variances) {
-    const double drawn = (own * v + kPriorDegrees * all.mean()) / (own + kPriorDegrees);
-    v = drawn > 0 ? drawn : 1.0;
-  }
-  return variances;
 }
 
 bool are_positive(std::span<const CurvePoint> points) {
@@ -54,31 +32,21 @@ bool are_in_order(std::span<const CurvePoint> points) {
 }
 
 /// Coefficients c of slope = sum c_k log e_k. @return empty where all times are equal
-std::vector<double> slope_coefficients(std::span<const CurvePoint> points,
-                                       std::span<const double> variances) {
-  double total = 0;
-  double mean = 0;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    total += 1 / variances[k];
-    mean += std::log(points[k].time_s) / variances[k];
-  }
-  mean /= total;
+std::vector<double> slope_coefficients(std::span<const CurvePoint> points) {
+  Welford log_times;
+  for (const CurvePoint& p : points) log_times.add(std::log(p.time_s));
+  const double spread = static_cast<double>(points.size() - 1) * log_times.variance().value_or(0);
   std::vector<double> coefficients;
-  double spread = 0;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const double x = std::log(points[k].time_s) - mean;
-    coefficients.push_back(x / variances[k]);
-    spread += x * x / variances[k];
+  if (!(spread > 0)) return coefficients;
+  for (const CurvePoint& p : points) {
+    coefficients.push_back((std::log(p.time_s) - log_times.mean()) / spread);
   }
-  if (!(spread > 0)) return {};
-  for (double& c : coefficients) c /= spread;
   return coefficients;
 }
 
-std::optional<double> slope_of(std::span<const CurvePoint> points,
-                               std::span<const double> variances) {
+std::optional<double> slope_of(std::span<const CurvePoint> points) {
   if (points.size() < 2 || !are_positive(points)) return std::nullopt;
-  const std::vector<double> coefficients = slope_coefficients(points, variances);
+  const std::vector<double> coefficients = slope_coefficients(points);
   if (coefficients.empty()) return std::nullopt;
   double slope = 0;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -91,9 +59,8 @@ struct Line {
   double a{0}, square{0};
 };
 
-/// Fits error = a / time + square with weights 1 / (variance x fitted error squared).
-std::optional<Line> floor_line(std::span<const CurvePoint> points,
-                               std::span<const double> variances) {
+/// Fits error = a / time + square with weights 1 / fitted error squared.
+std::optional<Line> floor_line(std::span<const CurvePoint> points) {
   std::vector<double> fitted;
   for (const CurvePoint& p : points) fitted.push_back(p.error);
   Line line;
@@ -101,7 +68,7 @@ std::optional<Line> floor_line(std::span<const CurvePoint> points,
     double w = 0, wu = 0, wuu = 0, we = 0, wue = 0;
     for (std::size_t k = 0; k < points.size(); ++k) {
       const double u = 1 / points[k].time_s;
-      const double weight = 1 / (variances[k] * fitted[k] * fitted[k]);
+      const double weight = 1 / (fitted[k] * fitted[k]);
       w += weight;
       wu += weight * u;
       wuu += weight * u * u;
@@ -147,9 +114,8 @@ std::optional<FitEstimate> jackknife(std::size_t blocks, double confidence, doub
 }
 
 /// Change of the slope by a shift of all errors, the reference's.
-double slope_shift(std::span<const CurvePoint> points, std::span<const double> variances,
-                   double floor) {
-  const std::vector<double> coefficients = slope_coefficients(points, variances);
+double slope_shift(std::span<const CurvePoint> points, double floor) {
+  const std::vector<double> coefficients = slope_coefficients(points);
   double shift = 0;
   for (std::size_t k = 0; k < coefficients.size(); ++k) shift += coefficients[k] / points[k].error;
   return floor * std::abs(shift);
@@ -159,10 +125,9 @@ double interpolated(double x, double x0, double y0, double x1, double y1) {
   return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
 }
 
-std::optional<double> log_time_to(const CurveData& data, std::span<const double> variances,
-                                  double target, std::size_t skip) {
+std::optional<double> log_time_to(const CurveData& data, double target, std::size_t skip) {
   const std::vector<CurvePoint> points = points_of(data, skip);
-  const std::optional<double> slope = slope_of(points, variances);
+  const std::optional<double> slope = slope_of(points);
   if (!slope || !are_in_order(points)) return std::nullopt;
   const std::optional<double> time_s = time_to(points, target, *slope);
   return time_s ? std::optional(std::log(*time_s)) : std::nullopt;
@@ -179,12 +144,11 @@ std::vector<CurvePoint> points_of(const CurveData& data, std::size_t skip) {
 }
 
 std::optional<SlopeFit> fit_slope(const CurveData& data, double confidence) {
-  const std::vector<double> variances = relative_variances(data);
   const std::vector<CurvePoint> points = points_of(data, data.blocks());
-  if (!slope_of(points, variances)) return std::nullopt;
+  if (!slope_of(points)) return std::nullopt;
   const auto estimate =
-      jackknife(data.blocks(), confidence, slope_shift(points, variances, data.reference_floor),
-                [&](std::size_t skip) { return slope_of(points_of(data, skip), variances); });
+      jackknife(data.blocks(), confidence, slope_shift(points, data.reference_floor),
+                [&](std::size_t skip) { return slope_of(points_of(data, skip)); });
   if (!estimate) return std::nullopt;
   SlopeFit fit{*estimate, {}};
   if (estimate->standard_error && *estimate->standard_error > 0) {
@@ -196,15 +160,14 @@ std::optional<SlopeFit> fit_slope(const CurveData& data, double confidence) {
 
 std::optional<FloorFit> fit_floor(const CurveData& data, double confidence) {
   if (data.budgets.size() < kLeastForInterpolation) return std::nullopt;
-  const std::vector<double> variances = relative_variances(data);
   const std::vector<CurvePoint> points = points_of(data, data.blocks());
-  const std::optional<Line> line = floor_line(points, variances);
+  const std::optional<Line> line = floor_line(points);
   if (!line) return std::nullopt;
   // A shift of all errors is a shift of b^2.
   const auto square = jackknife(data.blocks(), confidence, data.reference_floor,
                                 [&](std::size_t skip) -> std::optional<double> {
                                   const std::optional<Line> rest =
-                                      floor_line(points_of(data, skip), variances);
+                                      floor_line(points_of(data, skip));
                                   return rest ? std::optional(rest->square) : std::nullopt;
                                 });
   if (!square) return std::nullopt;
@@ -259,10 +222,9 @@ std::optional<double> time_to(std::span<const CurvePoint> points, double target,
 std::optional<FitEstimate> fitted_error_at(const CurveData& data, double time_s,
                                            double confidence) {
   if (data.budgets.size() < kLeastForInterpolation) return std::nullopt;
-  const std::vector<double> variances = relative_variances(data);
   const auto log_error = [&](std::size_t skip) -> std::optional<double> {
     const std::vector<CurvePoint> points = points_of(data, skip);
-    const std::optional<double> slope = slope_of(points, variances);
+    const std::optional<double> slope = slope_of(points);
     if (!slope || !are_in_order(points)) return std::nullopt;
     const std::optional<double> error = error_at(points, time_s, *slope);
     return error ? std::optional(std::log(*error)) : std::nullopt;
@@ -286,13 +248,12 @@ std::optional<TargetFit> fit_target(const CurveData& method, const CurveData& ba
   }
   PN_CHECK(method.blocks() == baseline.blocks(), "both curves are of the same blocks");
   const std::size_t blocks = method.blocks();
-  const std::vector<double> variances = relative_variances(method);
   const CurvePoint goal = points_of(baseline, blocks).back();
   if (!(goal.error > 0)) return std::nullopt;
   const auto log_time = [&](std::size_t skip) -> std::optional<double> {
     const CurvePoint end = points_of(baseline, skip).back();
     if (!(end.error > 0)) return std::nullopt;
-    return log_time_to(method, variances, end.error, skip);
+    return log_time_to(method, end.error, skip);
   };
   const auto log_speedup = [&](std::size_t skip) -> std::optional<double> {
     const std::optional<double> own = log_time(skip);

@@ -48,9 +48,12 @@ struct SlopeFit {
   std::optional<double> p_minus_1;  ///< two-sided t test of beta = -1
 };
 
-/// Weights are inverse relative variances of the mean errors, each drawn towards the mean of all as
-/// far as few blocks leave it uncertain. They stay as they are in the jackknife. The reference's
-/// floor enters the standard error in quadrature.
+/// All budgets have the same weight. Weights from the blocks' own variances are worse than none: in
+/// a few blocks a low mean goes with a low variance, so that they follow the noise. Measured on
+/// 3000 curves of renders whose relative variance falls by 1.7 from the first to the last budget,
+/// 10 blocks each: intervals of 95 % held -1 in 90.2 % with such weights and in 94.0 % without, and
+/// the slopes spread by 0.129 and 0.124. The reference's floor enters the standard error in
+/// quadrature.
 /// @return empty for fewer than two budgets, or where a mean (also of all blocks but one) is not
 ///         positive
 std::optional<SlopeFit> fit_slope(const CurveData& data, double confidence);
@@ -64,7 +67,7 @@ struct FloorFit {
 };
 
 /// Linear in a and b^2, hence weighted linear least squares; weights are inverse squares of the
-/// fitted errors times the relative variances of fit_slope, iterated.
+/// fitted errors, that is, equal relative variances as in fit_slope, iterated.
 ///
 /// The interval of b is made for b^2 without the bound, where the estimate is nearly normal even
 /// if truly b = 0, and then cut: from max(0, lo) to max(0, estimate) + half width. The upper end is

@@ -37,6 +37,7 @@ struct Options {
   InspectOptions inspect;
   ReplayOptions replay;
   std::filesystem::path report;
+  SelfTestCommandOptions selftest;
 };
 
 void add_list(CLI::App& app, Options& o) {
@@ -123,6 +124,13 @@ void add_replay(CLI::App& app, Options& o) {
   c->add_option("--threads", o.replay.threads, "Of --verify; 0: all cores")->capture_default_str();
 }
 
+void add_selftest(CLI::App& app, Options& o) {
+  CLI::App* c = app.add_subcommand(
+      "selftest", "Checks the statistics: coverage of intervals, false alarms and power of tests");
+  c->add_flag("--quick", o.selftest.quick, "Fewer trials, and wider allowed ranges");
+  c->add_flag("--json", o.selftest.json, "For machines");
+}
+
 int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("list")) return list_command(o.list);
   if (app.got_subcommand("validate")) return validate_command(o.validate);
@@ -131,6 +139,7 @@ int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("run")) return run_command(o.run);
   if (app.got_subcommand("report")) return report_command(o.report);
   if (app.got_subcommand("render")) return render_command(o.render);
+  if (app.got_subcommand("selftest")) return selftest_command(o.selftest);
   if (app.got_subcommand("replay")) return replay_command(o.replay);
   return inspect_command(o.inspect);
 }
@@ -147,6 +156,7 @@ int run_main(int argc, char** argv) {
   add_render(app, options);
   add_inspect(app, options);
   add_replay(app, options);
+  add_selftest(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -38,8 +38,12 @@ bool has_relmse(std::span<const CurveRow> rows) {
 TextGrid curves_grid(std::span<const CurveRow> rows, bool terminal) {
   const bool relative = has_relmse(rows) && !terminal;
   TextGrid grid;
-  grid.columns = {{"Scene", true},   {"Label", true}, {"Sampler", true},
-                  {"Points", false}, {"T", false},    {"Slope", false}};
+  grid.columns = {{"Scene", true}, {"Label", true}, {"Sampler", true}};
+  if (!terminal) {
+    grid.columns.push_back({"Points", false});
+    grid.columns.push_back({"T", false});
+  }
+  grid.columns.push_back({"Slope", false});
   if (!terminal) grid.columns.push_back({"p of -1", false});
   grid.columns.push_back({"Bias floor", false});
   if (relative) grid.columns.push_back({"relMSE slope", false});
@@ -49,8 +53,11 @@ TextGrid curves_grid(std::span<const CurveRow> rows, bool terminal) {
   for (const CurveRow& row : rows) {
     const MetricCurve& m = row.mse;
     auto& line = grid.lines.emplace_back();
-    line = {row.scene, label_of(row, rows), row.sampler, std::to_string(row.n_points),
-            seconds_text(row.time_min_s) + " to " + seconds_text(row.time_max_s)};
+    line = {row.scene, label_of(row, rows), row.sampler};
+    if (!terminal) {
+      line.push_back(std::to_string(row.n_points));
+      line.push_back(seconds_text(row.time_min_s) + " to " + seconds_text(row.time_max_s));
+    }
     line.push_back(slope_interval_text(m.slope, m.slope_lo, m.slope_hi));
     if (!terminal) line.push_back(number_text(m.slope_p));
     line.push_back(number_interval_text(m.floor, m.floor_lo, m.floor_hi));
@@ -105,9 +112,14 @@ std::string reached_text(const AggregateRow& row) {
 
 TextGrid aggregate_grid(std::span<const AggregateRow> rows, bool terminal) {
   TextGrid grid;
-  grid.columns = {
-      {"Label", true},        {"Sampler", true}, {"Scenes", false}, {"Ratio, these", false},
-      {"Ratio, such", false}, {"Worst", false},  {"on", true},      {"W/T/L", false}};
+  grid.columns = {{"Label", true},
+                  {"Sampler", true},
+                  {"Scenes", false},
+                  {"Ratio [these scenes]", false},
+                  {"[such scenes]", false},
+                  {"Worst", false},
+                  {"on", true},
+                  {"W/T/L", false}};
   if (!terminal) {
     grid.columns.push_back({"Targets", false});
     grid.columns.push_back({"Median time", false});

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <map>
 #include <set>
+#include <vector>
 
 #include "harness/number_text.h"
 
@@ -60,7 +61,7 @@ std::string verdict_of(const EfficiencyRow& row) {
 
 /// Characters that may stand in a name of \csname.
 std::string name_part(std::string_view text) {
-  constexpr std::string_view kAllowed = ".+-=(),:/_";
+  constexpr std::string_view kAllowed = " .+-=(),:/_";
   std::string name;
   for (const char c : text) {
     const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 && (c & 0x80) == 0;
@@ -71,25 +72,25 @@ std::string name_part(std::string_view text) {
 
 using Rows = std::span<const EfficiencyRow>;
 
-/// The label and whatever tells the row apart from others of its label in its scene.
+/// What may tell cells of one label apart, in this order.
+std::array<std::string, 5> parts_of(const EfficiencyRow& row) {
+  return {row.sampler, row.budget_s ? fmt::format("B{:g}", *row.budget_s) : "", row.params,
+          "SRL" + srl_text(row), fmt::format("SPP{}", row.spp)};
+}
+
+/// The label and what it takes to tell the row apart from others of its label in its scene.
 std::string label_name(const EfficiencyRow& row, Rows rows) {
-  std::array<std::set<std::string>, 5> values;
-  const auto parts_of = [](const EfficiencyRow& r) {
-    return std::array<std::string, 5>{r.sampler,
-                                      r.budget_s ? fmt::format("B{:g}", *r.budget_s) : "", r.params,
-                                      "SRL" + srl_text(r), fmt::format("SPP{}", r.spp)};
-  };
-  std::size_t cells = 0;
+  std::vector<const EfficiencyRow*> others;
   for (const EfficiencyRow& other : rows) {
-    if (other.scene != row.scene || other.label != row.label) continue;
-    ++cells;
-    const auto parts = parts_of(other);
-    for (std::size_t i = 0; i < parts.size(); ++i) values[i].insert(parts[i]);
+    const bool rival = &other != &row && other.scene == row.scene && other.label == row.label;
+    if (rival) others.push_back(&other);
   }
   std::string name = row.label;
   const auto parts = parts_of(row);
-  for (std::size_t i = 0; i < parts.size() && cells > 1; ++i) {
-    if (values[i].size() > 1 && !parts[i].empty()) name += "/" + parts[i];
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const auto told_apart =
+        std::erase_if(others, [&](const auto* other) { return parts_of(*other)[i] != parts[i]; });
+    if (told_apart > 0 && !parts[i].empty()) name += "/" + parts[i];
   }
   return name;
 }

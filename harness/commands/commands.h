@@ -110,4 +110,11 @@ int replay_command(const ReplayOptions& options);
 /// @throws InputError listing the scenes that there are
 std::filesystem::path scene_path(const std::string& scene);
 
+struct SelfTestCommandOptions {
+  bool quick{false};
+  bool json{false};
+};
+/// @return kCorrectness when a check fails
+int selftest_command(const SelfTestCommandOptions& options);
+
 }  // namespace penumbra

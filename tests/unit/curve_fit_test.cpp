@@ -70,16 +70,6 @@ TEST(FitSlope, TwoBlocksMatchHandComputation) {
   EXPECT_NEAR(fit.p_minus_1.value(), p, 1e-9);
 }
 
-TEST(FitSlope, NoisyBudgetHasLessWeight) {
-  // A straight line but for a third budget that is off and very noisy.
-  CurveData data = exact_curve(
-      {1, 2, 4}, [](double t) { return 1 / t; }, 4);
-  data.budgets[2].errors = {0.01, 0.02, 2.0, 0.01};
-  const double equal_weights = (std::log(0.51) - 0) / std::log(4.0);
-  const double weighted = fit_slope(data, 0.95)->slope.value;
-  EXPECT_LT(std::abs(weighted + 1), std::abs(equal_weights + 1));
-}
-
 TEST(FitSlope, ReferenceFloorWidensTheInterval) {
   CurveData data = exact_curve(
       {1, std::numbers::e}, [](double t) { return 1 / t; }, 4);
