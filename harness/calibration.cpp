@@ -7,6 +7,7 @@
 #include <map>
 
 #include "harness/keys.h"
+#include "harness/metrics.h"
 #include "harness/progress.h"
 #include "harness/render.h"
 #include "harness/statistics.h"
@@ -41,13 +42,19 @@ struct Family {
   Level low, high;
   TimeFit fit;
   bool settled{false};
+  Image pilot;  // the first of the larger size, where something is to be foreseen
+  std::optional<double> p_eff;
 };
 
 class Pilots {
  public:
   Pilots(const ExperimentConfig& config, const std::vector<LoadedScene>& scenes,
-         const std::vector<Cell>& cells)
-      : config_(config), scenes_(scenes), cells_(cells), threads_(resolve_threads(config.threads)) {
+         const std::vector<Cell>& cells, bool foresee)
+      : config_(config),
+        scenes_(scenes),
+        cells_(cells),
+        foresee_(foresee),
+        threads_(resolve_threads(config.threads)) {
     group();
   }
 
@@ -137,13 +144,32 @@ class Pilots {
     for (const auto& [scene, times] : times_s) matched_s_[scene] = hodges_lehmann(times);
   }
 
-  double measure(const Family& family, int n, const std::string& round) const {
+  RenderResult render_pilot(const Family& family, int n, const std::string& round) const {
     const Cell cell =
         config_.budget ? with_units(config_, representative(family), n) : representative(family);
     const std::uint64_t seed = hash_texts({"pilot", cell.id, std::to_string(n), round});
     return render(*scenes_[cell.scene].scene, scenes_[cell.scene].points,
-                  render_settings(cell, seed, threads_))
-        .time_cpu_s;
+                  render_settings(cell, seed, threads_));
+  }
+
+  double measure(const Family& family, int n, const std::string& round) const {
+    return render_pilot(family, n, round).time_cpu_s;
+  }
+
+  /// Two pilots of one size: half their squared difference estimates the variance of each pixel,
+  /// with one degree of freedom.
+  void foresee(const Image& pilot, Family& family) const {
+    if (family.pilot.pixels.empty()) {
+      family.pilot = pilot;
+    } else if (!family.p_eff) {
+      std::vector<double> variances;
+      for (std::size_t i = 0; i < pilot.pixels.size(); ++i) {
+        const Vec3d difference = Vec3d(pilot.pixels[i]) - Vec3d(family.pilot.pixels[i]);
+        variances.push_back(difference.length2() / 6.0);
+      }
+      family.p_eff = effective_pixels(variances, 1.0);
+      family.pilot = {};
+    }
   }
 
   /// Calls visit(family) forwards, or backwards in odd rounds, so that drift hits all alike.
@@ -162,7 +188,11 @@ class Pilots {
       in_order(round, [&](Family& family) {
         const std::string key = std::to_string(round);
         family.low.times_s.push_back(measure(family, family.low.n, key));
-        if (config_.budget) family.high.times_s.push_back(measure(family, family.high.n, key));
+        if (config_.budget) {
+          const RenderResult pilot = render_pilot(family, family.high.n, key);
+          family.high.times_s.push_back(pilot.time_cpu_s);
+          if (foresee_) foresee(pilot.image(), family);
+        }
         progress.update(++done, representative(family).label);
       });
     }
@@ -231,7 +261,8 @@ class Pilots {
     const Cell& cell = cells_[index];
     if (!config_.budget) {
       const double time_s = family.low.times_s.front();
-      return {cell.id, cell.spp, cell.srl, 0.0, time_s / cell.spp, time_s, std::nullopt};
+      return {cell.id,           cell.spp, cell.srl,     0.0,
+              time_s / cell.spp, time_s,   std::nullopt, std::nullopt};
     }
     const int n = units(family, cell);
     const Cell solved = with_units(config_, cell, n);
@@ -241,12 +272,14 @@ class Pilots {
             family.fit.fixed_s,
             family.fit.per_sample_s,
             family.fit.fixed_s + family.fit.per_sample_s * n,
-            budget_s(cell)};
+            budget_s(cell),
+            family.p_eff};
   }
 
   const ExperimentConfig& config_;
   const std::vector<LoadedScene>& scenes_;
   const std::vector<Cell>& cells_;
+  bool foresee_;
   int threads_;
   std::vector<Family> families_;
   std::map<std::size_t, double> matched_s_;  // CPU time by scene
@@ -256,8 +289,8 @@ class Pilots {
 
 std::vector<PlannedCell> run_pilots(const ExperimentConfig& config,
                                     const std::vector<LoadedScene>& scenes,
-                                    const std::vector<Cell>& cells) {
-  return Pilots(config, scenes, cells).run();
+                                    const std::vector<Cell>& cells, bool foresee) {
+  return Pilots(config, scenes, cells, foresee).run();
 }
 
 }  // namespace penumbra

@@ -17,9 +17,10 @@ namespace penumbra {
 /// Cells without a budget get their prediction from one run.
 /// @throws InputError when a budget does not pay for the least number of samples
 /// @throws RunError when the times do not grow with the work
+/// @param foresee  also find PlannedCell::p_eff, which keeps one picture per cell in memory
 std::vector<PlannedCell> run_pilots(const ExperimentConfig& config,
                                     const std::vector<LoadedScene>& scenes,
-                                    const std::vector<Cell>& cells);
+                                    const std::vector<Cell>& cells, bool foresee = false);
 
 inline constexpr int kCheckRounds = 3;
 

@@ -160,7 +160,8 @@ void Experiment::provide_plan() {
     if (config_.budget) {
       found = run_pilots(config_, scenes_, missing);
     } else {
-      for (const Cell& cell : missing) found.push_back({cell.id, cell.spp, cell.srl, 0, 0, 0, {}});
+      for (const Cell& cell : missing)
+        found.push_back({cell.id, cell.spp, cell.srl, 0, 0, 0, {}, {}});
     }
     for (PlannedCell& cell : found) known.emplace(cell.id, std::move(cell));
     std::vector<PlannedCell> plan;

@@ -62,6 +62,8 @@ struct PlannedCell {
   double per_unit_s{0};
   double predicted_s{0};  ///< CPU time of one run
   std::optional<double> budget_s;
+  std::optional<double> p_eff;  ///< effective pixels of one pilot, from the difference of two; only
+                                ///< in memory
 };
 
 /// The content of plan.lock.json.

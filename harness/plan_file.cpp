@@ -50,7 +50,7 @@ PlanFile read_plan_file(const std::filesystem::path& file) {
     for (const nlohmann::json& cell : json.at("cells")) {
       plan.cells.push_back({cell.at("id"), cell.at("spp"), parse_srl(cell.at("srl")),
                             cell.at("fixed_s"), cell.at("per_unit_s"), cell.at("predicted_cpu_s"),
-                            std::nullopt});
+                            std::nullopt, std::nullopt});
       if (cell.contains("budget_s")) plan.cells.back().budget_s = cell.at("budget_s").get<double>();
     }
   } catch (const nlohmann::json::exception& e) {

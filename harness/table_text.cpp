@@ -51,7 +51,7 @@ std::string blocks_text(const EfficiencyRow& row) {
 }
 
 std::string share(const std::optional<double>& value) {
-  return value ? number(100 * *value) + " %" : "-";
+  return value ? number_text(100 * *value) + " %" : "-";
 }
 
 std::string shown_verdict(const EfficiencyRow& row) {

@@ -13,6 +13,7 @@
 #include "harness/reference_job.h"
 #include "harness/replicate_files.h"
 #include "harness/report.h"
+#include "harness/statistics.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -31,15 +32,43 @@ double picture_bytes(const LoadedScene& scene, bool maps) {
 constexpr double kWriting_s = 1.2e-6;
 constexpr double kWritingRun_s = 0.3e-6;
 
+// Of the log ratio of two CPU times in one block, as measured on a shared machine (statistics.md
+// 3.3).
+constexpr double kTimeSd = 0.05;
+
+// The smallest difference to the baseline that the blocks will show, from the pilots' pixels.
+std::string detectable_text(const Experiment& experiment, const std::vector<PlannedCell>& plan,
+                            std::size_t index) {
+  const Cell& cell = experiment.cells()[index];
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    const Cell& other = experiment.cells()[i];
+    const bool is_baseline = other.label == experiment.config().baseline &&
+                             other.scene == cell.scene && other.sampler == cell.sampler &&
+                             other.budget_time == cell.budget_time;
+    if (!is_baseline || i == index || !plan[i].p_eff || !plan[index].p_eff) continue;
+    const auto effect =
+        detectable_effect(*plan[index].p_eff, *plan[i].p_eff, kTimeSd, experiment.config().blocks);
+    return effect ? fmt::format("{:.0f} %", 100.0 * *effect) : "-";
+  }
+  return "-";
+}
+
 void print_cells(const Experiment& experiment, const std::vector<PlannedCell>& plan) {
-  fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10}\n", "scene", "label", "sampler", "spp", "SRL",
-             "CPU s/run");
+  fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10} {:>7} {:>11}\n", "scene", "label", "sampler",
+             "spp", "SRL", "CPU s/run", "P_eff", "detectable");
   for (std::size_t i = 0; i < plan.size(); ++i) {
     const Cell& cell = experiment.cells()[i];
-    fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10.3f}\n",
+    fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10.3f} {:>7} {:>11}\n",
                experiment.scenes()[cell.scene].config->name, cell.label, to_string(cell.sampler),
-               plan[i].spp, plan[i].srl.text(), plan[i].predicted_s);
+               plan[i].spp, plan[i].srl.text(), plan[i].predicted_s,
+               plan[i].p_eff ? fmt::format("{:.0f}", *plan[i].p_eff) : "-",
+               detectable_text(experiment, plan, i));
   }
+  fmt::print(
+      "P_eff: pixels that decide the MSE of one small pilot; detectable: smallest difference of "
+      "efficiency to \"{}\"\nthat {} blocks show with 80 % power, for a spread of times of "
+      "{:.0f} %\n",
+      experiment.config().baseline, experiment.config().blocks, 100.0 * kTimeSd);
 }
 
 // Time that the missing samples of a reference take, from one pass of it.
@@ -89,8 +118,17 @@ void print_prediction(const Experiment& experiment, const std::vector<PlannedCel
   line("blocks", blocks);
   line("pictures", pictures);
   line("together", spent.loading_s + references + spent.pilots_s + blocks + pictures);
-  fmt::print("  {:<26} {:.0f} MB of pictures, at most {:.0f} MB of those of single runs\n", "disk",
-             megabytes(bytes), megabytes(run_bytes));
+  fmt::print(
+      "  {:<26} {:.0f} MB of pictures, at most {:.0f} MB of those of single runs (images.runs)\n",
+      "disk", megabytes(bytes), megabytes(run_bytes));
+  for (const LoadedScene& scene : experiment.scenes()) {
+    const std::optional<Reference> found = find_reference(scene);
+    const bool exact = reference_type(scene) == ReferenceType::ExactSum;
+    const std::string wanted =
+        exact ? "summed up exactly" : fmt::format("rendered, {} spp", scene.config->reference.spp);
+    fmt::print("{}\n", found ? describe(scene.config->name, *found)
+                             : "reference of " + scene.config->name + ": to be " + wanted);
+  }
 }
 
 // Says which cells did not take the time they were given: their errors are not at equal time, their
@@ -122,7 +160,7 @@ int plan_command(const ConfigOptions& options) {
   const double loading_s = loading.wall_s();
   const Stopwatch piloting;
   const std::vector<PlannedCell> plan =
-      run_pilots(experiment.config(), experiment.scenes(), experiment.cells());
+      run_pilots(experiment.config(), experiment.scenes(), experiment.cells(), true);
   const double pilots_s = experiment.config().budget ? piloting.wall_s() : 0.0;
   print_cells(experiment, plan);
   print_prediction(experiment, plan, {loading_s, pilots_s});
