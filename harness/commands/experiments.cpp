@@ -48,7 +48,8 @@ std::string detectable_text(const Experiment& experiment, const std::vector<Plan
     if (!is_baseline || i == index || !plan[i].p_eff || !plan[index].p_eff) continue;
     const auto effect =
         detectable_effect(*plan[index].p_eff, *plan[i].p_eff, kTimeSd, experiment.config().blocks);
-    return effect ? fmt::format("{:.0f} %", 100.0 * *effect) : "-";
+    if (!effect) return "-";
+    return *effect < 10.0 ? fmt::format("{:.0f} %", 100.0 * *effect) : "> 1000 %";
   }
   return "-";
 }
