@@ -54,9 +54,14 @@ class CommandLine : public testing::Test {
 
   /// Runs `penumbra <arguments>` through the shell in the test's folder.
   Outcome run(const std::string& arguments) const {
+    return run_shell("'" PENUMBRA_EXECUTABLE "' " + arguments);
+  }
+
+  /// Runs commands of the shell in the test's folder.
+  Outcome run_shell(const std::string& commands) const {
     const fs::path out = root_ / "stdout.txt";
-    const std::string command = "cd '" + root_.string() + "' && '" PENUMBRA_EXECUTABLE "' " +
-                                arguments + " >'" + out.string() + "' 2>&1";
+    const std::string command =
+        "cd '" + root_.string() + "' && (" + commands + ") >'" + out.string() + "' 2>&1";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out)};
   }

@@ -130,6 +130,32 @@ TEST_F(CommandLine, RunKilledTwentyTimesResumesToTheRowsOfAnUninterruptedOne) {
             timeless_rows(root_ / "whole/measurements.csv"));
 }
 
+TEST_F(CommandLine, RunOnAFullDiskEndsWithCode4AndGoesOnWhenThereIsRoom) {
+  // Pictures of runs stay below the limit, the growing table of rows does not.
+  const std::string small =
+      "--set 'scenes.0.resolution=[24,14]' --set images.maps=false --out full";
+  const std::string limited =
+      "trap '' XFSZ; ulimit -f 12; '" PENUMBRA_EXECUTABLE "' run configs/smoke.json " + small;
+  ASSERT_EQ(run("reference configs/smoke.json --set 'scenes.0.resolution=[24,14]'").code, 0);
+  const Outcome full = run_shell(limited);
+  EXPECT_EQ(full.code, 4) << full.output;
+  EXPECT_NE(full.output.find("File too large"), std::string::npos) << full.output;
+  const std::size_t kept = read_run_rows(root_ / "full/measurements.csv").rows.size();
+  EXPECT_GT(kept, 0u);
+  EXPECT_LT(kept, 12u);
+  const Outcome resumed = run("run configs/smoke.json " + small);
+  ASSERT_EQ(resumed.code, 0) << resumed.output;
+  EXPECT_EQ(read_run_rows(root_ / "full/measurements.csv").rows.size(), 12u);
+}
+
+TEST_F(CommandLine, RunIntoAFileInsteadOfAFolderMeasuresNothing) {
+  write_file("taken", "text");
+  const Outcome outcome = run("run configs/smoke.json --out taken");
+  EXPECT_EQ(outcome.code, 4) << outcome.output;
+  EXPECT_NE(outcome.output.find("taken"), std::string::npos) << outcome.output;
+  EXPECT_EQ(read_text(root_ / "taken"), "text");
+}
+
 TEST_F(CommandLine, InterruptEndsAfterTheRunUnderWayWithCode130) {
   const std::string config = smoke_config("60");
   EXPECT_EQ(run_and_signal(config, root_ / "out", 3, SIGINT), 130);
