@@ -294,6 +294,8 @@ void add_tuned_ratio(EfficiencyRow& row, const Cell& cell, const std::vector<Cel
   row.ratio_tuned = ratio.value;
   row.ratio_tuned_lo = ratio.lo;
   row.ratio_tuned_hi = ratio.hi;
+  if (ratio.value) row.ratio_tuned_blocks = ratio.blocks;
+  row.log_ratio_tuned_se = ratio.log_se;
   if (!ratio.fault.empty()) fault = ratio.fault;
   if (!fault.empty()) add_note(row, "ratio_tuned: " + fault);
 }

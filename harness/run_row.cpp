@@ -68,7 +68,8 @@ constexpr std::array kEfficiencyColumns{
     PN_LATER_EFF(ratio_rays), PN_LATER_EFF(ratio_rays_lo), PN_LATER_EFF(ratio_rays_hi),
     PN_LATER_EFF(ratio_instructions), PN_LATER_EFF(ratio_instructions_lo),
     PN_LATER_EFF(ratio_instructions_hi), PN_LATER_EFF(ratio_blocks), PN_LATER_EFF(log_ratio_se),
-    PN_LATER_EFF(detectable), PN_LATER_EFF(bias_p_holm), PN_LATER_EFF(best_of),
+    PN_LATER_EFF(detectable), PN_LATER_EFF(ratio_tuned_blocks), PN_LATER_EFF(log_ratio_tuned_se),
+    PN_LATER_EFF(bias_p_holm), PN_LATER_EFF(best_of),
     PN_LATER_EFF(n_contaminated)};
 // clang-format on
 

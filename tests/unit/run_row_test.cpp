@@ -44,7 +44,7 @@ TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
             "srl_adaptive, note, ratio_published, geometry, ratio_wall, ratio_wall_lo, "
             "ratio_wall_hi, ratio_rays, ratio_rays_lo, ratio_rays_hi, ratio_instructions, "
             "ratio_instructions_lo, ratio_instructions_hi, ratio_blocks, log_ratio_se, detectable, "
-            "bias_p_holm, best_of, n_contaminated");
+            "ratio_tuned_blocks, log_ratio_tuned_se, bias_p_holm, best_of, n_contaminated");
 }
 
 TEST(RunColumns, HoldEveryMetricButTheRoot) {
