@@ -111,17 +111,21 @@ void add_flag_notes(std::span<const EfficiencyRow> rows, std::vector<std::string
   }
 }
 
-std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows,
-                                   const TableOptions& options) {
+std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows, const TableOptions& options,
+                                   bool terminal) {
   std::vector<std::string> notes;
   const std::string_view time = options.primary == PrimaryTime::Cpu ? "CPU" : "wall";
   notes.push_back(fmt::format(
       "Eff: 1/(T x MSE) in {} time. Ratio: over that of \"{}\" in the same blocks; in brackets its "
       "{:g} % interval (block jackknife of the ratio of means, t).",
       time, options.baseline, 100 * options.confidence));
-  notes.push_back(
-      "Detectable: the smallest difference of efficiencies that as many blocks of this noise show "
-      "with 80 % power, two-sided at 5 %.");
+  if (!terminal) {
+    notes.push_back(
+        "By wall, by rays, by instr.: the same ratio by another cost. Detectable: the "
+        "smallest difference of efficiencies that as many blocks of this noise show with 80 % "
+        "power, "
+        "two-sided at 5 %.");
+  }
   notes.push_back(
       fmt::format("MSE is debiased; relMSE divides by reference^2 + {:g} mean(reference)^2.",
                   options.relmse_epsilon));
@@ -232,13 +236,13 @@ std::string to_csv(std::span<const EfficiencyRow> rows) {
 
 std::string to_markdown(std::span<const EfficiencyRow> rows, const TableOptions& options) {
   return markdown_grid(grid_of({rows, options}, false)) + "\n" +
-         markdown_notes(footnotes(rows, options));
+         markdown_notes(footnotes(rows, options, false));
 }
 
 std::string to_terminal(std::span<const EfficiencyRow> rows, const TableOptions& options) {
   constexpr std::size_t kNames = 3;
   return terminal_grid(grid_of({rows, options}, true), kNames) +
-         terminal_notes(footnotes(rows, options));
+         terminal_notes(footnotes(rows, options, true));
 }
 
 }  // namespace penumbra
