@@ -83,6 +83,13 @@ void check_options(const BiasTestOptions& o) {
           o.equivalence_level, "more than 0 and less than 0.5");
 }
 
+void check_replicates(const TileReplicates& side) {
+  if (side.is_exact() || side.count() >= 2) return;
+  throw InputError(
+      fmt::format("bias test: {} replicates, allowed are 2 or more, because one has no variance",
+                  side.count()));
+}
+
 void check_sides(const TileReplicates& a, const TileReplicates& b) {
   if (a.tiles().empty() || !same_tiles(a.tiles(), b.tiles())) {
     throw InputError(
@@ -90,14 +97,8 @@ void check_sides(const TileReplicates& a, const TileReplicates& b) {
                     "tiles, at least one",
                     a.tiles().size(), b.tiles().size()));
   }
-  for (const TileReplicates* side : {&a, &b}) {
-    if (!side->is_exact() && side->count() < 2) {
-      throw InputError(
-          fmt::format("bias test: {} replicates, allowed are 2 or more, because one "
-                      "has no variance",
-                      side->count()));
-    }
-  }
+  check_replicates(a);
+  check_replicates(b);
   if (a.is_exact() && b.is_exact()) {
     throw InputError("bias test: both sides are exact, allowed is one");
   }
@@ -186,15 +187,25 @@ WelchTest welch_test(const MeanEstimate& a, const MeanEstimate& b, double tolera
 
 BiasTestResult bias_test(const TileReplicates& a, const TileReplicates& b,
                          const BiasTestOptions& options) {
-  check_options(options);
   check_sides(a, b);
+  std::vector<MeanEstimate> estimates;
+  for (std::size_t i = 0; i < b.tiles().size(); ++i) estimates.push_back(estimate_of(b, i));
+  return bias_test(a, estimates, options);
+}
+
+BiasTestResult bias_test(const TileReplicates& a, std::span<const MeanEstimate> b,
+                         const BiasTestOptions& options) {
+  check_options(options);
+  check_replicates(a);
+  if (b.empty() || b.size() != a.tiles().size()) {
+    throw InputError(fmt::format("bias test: {} means for {} tiles, allowed is one for each",
+                                 b.size(), a.tiles().size()));
+  }
   BiasTestResult result;
-  const MeanEstimate whole_a = estimate_of(a, 0);
-  const MeanEstimate whole_b = estimate_of(b, 0);
-  const double tolerance = options.tolerance * std::abs(whole_b.mean);
+  const double tolerance = options.tolerance * std::abs(b[0].mean);
   std::vector<double> p;
   for (std::size_t i = 0; i < a.tiles().size(); ++i) {
-    const WelchTest test = welch_test(estimate_of(a, i), estimate_of(b, i), tolerance);
+    const WelchTest test = welch_test(estimate_of(a, i), b[i], tolerance);
     result.tiles.push_back({a.tiles()[i], test, 1});
     p.push_back(test.p);
     const auto bin = static_cast<std::size_t>(test.p * static_cast<double>(kPValueBins));
@@ -211,7 +222,7 @@ BiasTestResult bias_test(const TileReplicates& a, const TileReplicates& b,
       std::min_element(result.tiles.begin(), result.tiles.end(), less) - result.tiles.begin());
   result.smallest_p = result.worst_tile().adjusted_p;
   result.rejected = result.smallest_p <= options.level;
-  result.relative_bias = relative_bias(whole_a, whole_b, options);
+  result.relative_bias = relative_bias(estimate_of(a, 0), b[0], options);
   return result;
 }
 

@@ -132,6 +132,12 @@ struct BiasTestResult {
 BiasTestResult bias_test(const TileReplicates& a, const TileReplicates& b,
                          const BiasTestOptions& options = {});
 
+/// The same against means that are known with their uncertainty.
+/// @param b  [tile], of a's tiles
+/// @throws InputError likewise
+BiasTestResult bias_test(const TileReplicates& a, std::span<const MeanEstimate> b,
+                         const BiasTestOptions& options = {});
+
 /// One line for a report: the verdict, the smallest p, the worst tile with its difference and t,
 /// the relative bias with its interval and whether it is shown to be small.
 std::string describe(const BiasTestResult& result);

@@ -18,8 +18,17 @@ struct BuildInfo {
 
 const BuildInfo& build_info();
 
-/// Machine, build and libraries as JSON text: environment.json of a result.
-std::string environment_json(int threads, const std::string& command_line);
+/// What one call of `penumbra run` was.
+struct Session {
+  int threads{1};
+  std::string command_line;
+  std::string config;  ///< resolved, as text
+};
+
+/// Machine, build, libraries and the calls that measured, as JSON text: environment.json of a
+/// result.
+/// @param before  the same of earlier calls, whose list of sessions goes on; or empty
+std::string environment_json(const Session& session, const std::string& before);
 
 /// Name and core count that timings belong to.
 std::string machine_text();

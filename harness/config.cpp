@@ -56,6 +56,26 @@ std::optional<Quantity> parse_quantity(std::string_view name) {
   return std::nullopt;
 }
 
+std::string_view to_string(ReferenceType type) {
+  switch (type) {
+    case ReferenceType::Sampled:
+      return "sampled";
+    case ReferenceType::ExactSum:
+      return "exact_sum";
+    case ReferenceType::Auto:
+      break;
+  }
+  return "auto";
+}
+
+std::optional<ReferenceType> parse_reference_type(std::string_view name) {
+  for (const ReferenceType type :
+       {ReferenceType::Auto, ReferenceType::Sampled, ReferenceType::ExactSum}) {
+    if (to_string(type) == name) return type;
+  }
+  return std::nullopt;
+}
+
 ExperimentConfig load_config(const std::filesystem::path& file,
                              const std::vector<std::string>& overrides) {
   static const JsonSchema schema(kExperimentSchemaJson);

@@ -29,8 +29,16 @@ struct Srl {
   friend bool operator==(const Srl&, const Srl&) = default;
 };
 
+/// How the truth of a scene is found.
+enum class ReferenceType {
+  Auto,      ///< ExactSum where the scene allows it, otherwise Sampled
+  Sampled,   ///< two halves of many estimates
+  ExactSum,  ///< a sum over lights without extent, free of noise; only where there are no others
+};
+
 /// How the reference of a scene is rendered, when it is not found.
 struct ReferenceConfig {
+  ReferenceType type{ReferenceType::Auto};
   std::string estimator{"mis"};  ///< any unbiased registered estimator except pmc_hi
   std::string sampler{"sobol"};
   ParamSet::Map params;
@@ -42,21 +50,28 @@ struct SceneConfig {
   std::string name;            ///< a folder of scenes/, or any label when `file` is given
   std::filesystem::path file;  ///< resolved path of the scene file
   std::optional<std::array<int, 2>> resolution;  ///< overrides the scene's camera
-  int camera_samples{4};  ///< fixed shading points per pixel; the truth is their mean
+  int camera_samples{4};   ///< fixed shading points per pixel; the truth is their mean
+  std::optional<int> spp;  ///< estimates per pixel here; methods' own come first
   ReferenceConfig reference;
 };
 
-/// One row family of the table: an estimator with values or sweeps of its parameters.
+/// A value of every named axis; the names are "sampler", "spp", "srl" and those of parameters.
+using SweepValues = std::map<std::string, ParamValue>;
+
+/// One row family of the table: an estimator with values or sweeps of its parameters (sweep.h).
 struct MethodConfig {
   std::string label;  ///< unique; names rows, files and curves
   std::string estimator;
-  std::optional<std::string>
-      sampler;           ///< pins the point set; otherwise every sampler of the experiment
-  std::vector<Srl> srl;  ///< a sweep where more than one
-  std::map<std::string, std::vector<ParamValue>>
-      params;                               ///< a sweep where a list has more than one value
-  std::map<std::string, double> published;  ///< a publication's efficiency by scene name, in its
-                                            ///< own unit
+  std::vector<std::string> samplers;        ///< empty: every sampler of the experiment
+  std::vector<int> spp;                     ///< estimates per pixel; empty: the experiment's
+  std::vector<Srl> srl;                     ///< at least one
+  std::map<std::string, Srl> srl_by_scene;  ///< in place of `srl`, which is then one value
+  std::map<std::string, std::vector<ParamValue>> params;
+  std::vector<std::vector<std::string>> zip;  ///< axes that advance together
+  std::vector<SweepValues> exclude;           ///< combinations that are left out
+  std::vector<std::string> tags;              ///< for --tag
+  std::map<std::string, double> published;    ///< a publication's efficiency by scene name, in its
+                                              ///< own unit
 };
 
 /// Which number of the plan is solved for to meet the time budget.
@@ -66,7 +81,10 @@ enum class SolveFor {
 };
 
 struct BudgetConfig {
-  double time_cpu_s{0};  ///< CPU seconds of the estimation alone
+  std::vector<double> times;  ///< CPU seconds of the estimation alone, or multiples of the time of
+                              ///< `match`; a curve where several
+  std::optional<std::string> match;  ///< label of the method whose time, at the numbers that it is
+                                     ///< given, is the budget of all others in its scene
   SolveFor solve_for{SolveFor::Spp};
   int pilots{3};           ///< pilot runs per cell and level
   double tolerance{0.05};  ///< allowed relative miss of the realised time
@@ -80,6 +98,7 @@ struct CropConfig {
 
 struct ImagesConfig {
   bool maps{true};       ///< maps of the estimators that have them (PMC-HI's alpha)
+  bool runs{true};       ///< the picture of every run (replicate_files.h)
   float exposure{0.0f};  ///< stops, of the PNGs
   std::vector<CropConfig> crops;
 };
@@ -101,6 +120,7 @@ struct ExperimentConfig {
   int spp{8};                          ///< estimates per pixel, unless solved for
   std::optional<BudgetConfig> budget;  ///< none: SPP and SRL as given
   int blocks{5};
+  int attempts{3};  ///< of a run whose time was disturbed; its image is the same each time
   double relmse_epsilon{0.01};  ///< relMSE denominator: reference^2 + epsilon * mean(reference)^2
   ImagesConfig images;
   std::string resolved_json;  ///< the whole config after --set, defaults included, canonical
@@ -120,5 +140,12 @@ Srl parse_srl(const std::string& text);
 /// The quantity of a name of `to_string`.
 /// @return nullopt when there is none of that name
 std::optional<Quantity> parse_quantity(std::string_view name);
+
+/// "auto", "sampled" or "exact_sum", as configs and references have it.
+std::string_view to_string(ReferenceType type);
+
+/// The type of a name of `to_string`.
+/// @return nullopt when there is none of that name
+std::optional<ReferenceType> parse_reference_type(std::string_view name);
 
 }  // namespace penumbra

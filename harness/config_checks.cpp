@@ -5,6 +5,7 @@
 
 #include "harness/config_reader.h"
 #include "harness/config_values.h"
+#include "harness/sweep.h"
 #include "scenes/core/error.h"
 #include "scenes/core/scene_description.h"
 #include "scenes/core/suggest.h"
@@ -19,24 +20,62 @@ void ConfigReader::read_budget() {
   if (!root_.is_object() || !root_.contains("budget")) return;
   const json& value = object_member(root_, "budget");
   BudgetConfig& budget = config_.budget.emplace();
-  take(value, "time_cpu_s", budget.time_cpu_s);
+  read_budget_times(value, budget);
   take(value, "pilots", budget.pilots);
   take(value, "tolerance", budget.tolerance);
   std::string solve_for = "spp";
   take(value, "solve_for", solve_for);
   budget.solve_for = solve_for == "srl" ? SolveFor::Srl : SolveFor::Spp;
-  if (budget.solve_for == SolveFor::Spp) return;
+  const bool solves_spp = budget.solve_for == SolveFor::Spp;
   for (std::size_t i = 0; i < config_.methods.size(); ++i) {
-    if (config_.methods[i].srl.size() > 1) {
-      fault(child_pointer(child_pointer("/methods", i), "srl"),
+    const MethodConfig& method = config_.methods[i];
+    const std::string place = child_pointer("/methods", i);
+    if (solves_spp && !budget.match && !method.spp.empty()) {
+      fault(child_pointer(place, "spp"), "the budget solves for spp, so it cannot be given");
+    }
+    if (!solves_spp && method.srl.size() > 1) {
+      fault(child_pointer(place, "srl"),
             "the budget solves for srl, so it cannot be a list; it gives the split and the start");
     }
+  }
+}
+
+// Either seconds, or another method's time and its multiples.
+void ConfigReader::read_budget_times(const json& value, BudgetConfig& budget) {
+  const bool matches = value.contains("match");
+  const std::string key = matches ? "times" : "time_cpu_s";
+  const std::string place = child_pointer("/budget", key);
+  if (matches == value.contains("time_cpu_s")) {
+    fault("/budget", "expected either \"time_cpu_s\" or \"match\"");
+    return;
+  }
+  if (!matches && value.contains("times")) {
+    fault("/budget/times", "\"times\" are multiples of the time of \"match\", which is missing");
+  }
+  if (matches) take(value, "match", budget.match.emplace());
+  for (const Item& item : axis_items(value.value(key, json(1.0)), place, false)) {
+    if (item.value.is_number()) budget.times.push_back(item.value.get<double>());
+  }
+  for (const double time : budget.times) {
+    if (!(time > 0.0)) fault(place, "expected times above 0, found " + json(time).dump());
+  }
+  if (!matches) return;
+  std::vector<std::string> labels;
+  for (const MethodConfig& method : config_.methods) {
+    labels.push_back(method.label);
+    if (method.label == *budget.match && sweep_points(config_, method).size() > 1) {
+      fault("/budget/match", "method \"" + method.label + "\" is a sweep; one cell is needed");
+    }
+  }
+  if (std::find(labels.begin(), labels.end(), *budget.match) == labels.end()) {
+    fault("/budget/match", unknown_name("label", *budget.match, labels));
   }
 }
 
 void ConfigReader::read_images() {
   const json& value = object_member(root_, "images");
   take(value, "maps", config_.images.maps);
+  take(value, "runs", config_.images.runs);
   take(value, "exposure", config_.images.exposure);
   const json& crops = array_member(value, "crops");
   for (std::size_t i = 0; i < crops.size(); ++i) {
@@ -124,25 +163,37 @@ void ConfigReader::check_baselines() {
   if (root_.contains("baseline")) find(config_.baseline, "/baseline");
   if (!config_.tuned_baseline) return;
   const MethodConfig* const tuned = find(*config_.tuned_baseline, "/tuned_baseline");
-  if (tuned != nullptr && !tuned->sampler) {
+  if (tuned != nullptr && tuned->samplers.size() != 1) {
     fault("/tuned_baseline",
-          "method \"" + tuned->label + "\" must name its sampler to be the tuned baseline");
+          "method \"" + tuned->label + "\" must name one sampler to be the tuned baseline");
   }
 }
 
 void ConfigReader::check_samples() {
-  if (config_.budget && config_.budget->solve_for == SolveFor::Spp) return;
+  const bool solved = config_.budget && config_.budget->solve_for == SolveFor::Spp;
+  if (solved && !config_.budget->match) return;
+  const bool spp_given = root_.is_object() && root_.contains("spp");
   for (std::size_t i = 0; i < config_.scenes.size(); ++i) {
+    const std::string samples = child_pointer(child_pointer("/scenes", i), "camera_samples");
     const SceneConfig& scene = config_.scenes[i];
-    if (config_.spp >= scene.camera_samples) continue;
-    const std::string message =
-        "every shading point needs an estimate: expected spp >= camera_samples, found spp " +
-        std::to_string(config_.spp) + " and camera_samples " +
-        std::to_string(scene.camera_samples) + " of scene \"" + scene.name + "\"";
-    const bool spp_given = root_.is_object() && root_.contains("spp");
-    fault(spp_given ? "/spp" : child_pointer(child_pointer("/scenes", i), "camera_samples"),
-          message);
+    if (scene.spp) {
+      check_spp(*scene.spp, scene, child_pointer(child_pointer("/scenes", i), "spp"));
+    } else {
+      check_spp(config_.spp, scene, spp_given ? "/spp" : samples);
+    }
+    for (std::size_t m = 0; m < config_.methods.size(); ++m) {
+      const std::string place = child_pointer(child_pointer("/methods", m), "spp");
+      for (const int spp : config_.methods[m].spp) check_spp(spp, scene, place);
+    }
   }
+}
+
+void ConfigReader::check_spp(int spp, const SceneConfig& scene, const std::string& pointer) {
+  if (spp >= scene.camera_samples) return;
+  fault(pointer,
+        "every shading point needs an estimate: expected spp >= camera_samples, found spp " +
+            std::to_string(spp) + " and camera_samples " + std::to_string(scene.camera_samples) +
+            " of scene \"" + scene.name + "\"");
 }
 
 }  // namespace penumbra

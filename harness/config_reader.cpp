@@ -79,6 +79,7 @@ void ConfigReader::read_top_level() {
   take(root_, "published_source", config_.published_source);
   take(root_, "spp", config_.spp);
   take(root_, "blocks", config_.blocks);
+  take(root_, "attempts", config_.attempts);
   take(root_, "relmse_epsilon", config_.relmse_epsilon);
   const json& samplers = array_member(root_, "samplers");
   if (!samplers.empty()) config_.samplers.clear();
@@ -93,6 +94,7 @@ SceneConfig ConfigReader::read_scene(const json& value, const std::string& point
   find_scene_file(value, pointer, scene);
   scene.resolution = take_integers<2>(value, "resolution");
   take(value, "camera_samples", scene.camera_samples);
+  if (value.is_object() && value.contains("spp")) take(value, "spp", scene.spp.emplace());
   read_reference(object_member(value, "reference"), child_pointer(pointer, "reference"), scene,
                  scene.reference);
   return scene;
@@ -122,6 +124,10 @@ void ConfigReader::find_scene_file(const json& value, const std::string& pointer
 
 void ConfigReader::read_reference(const json& value, const std::string& pointer,
                                   const SceneConfig& scene, ReferenceConfig& reference) {
+  std::string type;
+  take(value, "type", type);
+  // Another name is a fault of the schema.
+  reference.type = parse_reference_type(type).value_or(ReferenceType::Auto);
   take(value, "estimator", reference.estimator);
   take(value, "sampler", reference.sampler);
   take(value, "spp", reference.spp);
@@ -169,55 +175,16 @@ const EstimatorEntry* ConfigReader::find_entry(const std::string& name,
   return entry;
 }
 
-std::optional<Srl> ConfigReader::read_srl(const json& value, const std::string& pointer,
-                                          const EstimatorEntry* entry) {
-  if (faults_.covers(pointer) || !(value.is_number_integer() || value.is_string())) return {};
-  Srl srl;
-  try {
-    srl = parse_srl(value.is_string() ? value.get<std::string>() : value.dump());
-  } catch (const InputError& error) {
-    fault(pointer, error.what());
-    return {};
-  }
-  if (entry == nullptr) return srl;
-  if (srl.split && !entry->adaptive) {
-    fault(pointer, std::string(entry->name) +
-                       " does not adapt, so its shadow rays cannot be split \"" + srl.text() +
-                       "\"; write " + std::to_string(srl.total()));
-  } else if (srl.total() < entry->min_srl) {
-    fault(pointer, std::string(entry->name) + " needs at least " + std::to_string(entry->min_srl) +
-                       " shadow rays per light, found " + srl.text());
-  }
-  return srl;
-}
-
 MethodConfig ConfigReader::read_method(const json& value, const std::string& pointer) {
   MethodConfig method;
   take(value, "label", method.label);
   take(value, "estimator", method.estimator);
-  if (value.is_object() && value.contains("sampler")) {
-    take(value, "sampler", method.sampler.emplace());
-  }
   const EstimatorEntry* const entry =
       find_entry(method.estimator, child_pointer(pointer, "estimator"));
-  const std::string srl_pointer = child_pointer(pointer, "srl");
-  if (!value.is_object() || !value.contains("srl")) {
-    method.srl.push_back(read_srl(Srl{}.total(), srl_pointer, entry).value_or(Srl{}));
-  } else if (!value["srl"].is_array()) {
-    if (const auto srl = read_srl(value["srl"], srl_pointer, entry)) method.srl.push_back(*srl);
-  } else {
-    const json& list = value["srl"];
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      const std::string place = child_pointer(srl_pointer, i);
-      const auto srl = read_srl(list[i], place, entry);
-      if (!srl) continue;
-      const bool twice = std::find(method.srl.begin(), method.srl.end(), *srl) != method.srl.end();
-      if (twice) fault(place, srl->text() + " is listed twice");
-      method.srl.push_back(*srl);
-    }
-  }
-  if (entry != nullptr) {
-    read_sweeps(object_member(value, "params"), child_pointer(pointer, "params"), *entry, method);
+  read_axes(value, pointer, entry, method);
+  const json& tags = array_member(value, "tags");
+  for (const json& tag : tags) {
+    if (tag.is_string()) method.tags.push_back(tag.get<std::string>());
   }
   read_published(object_member(value, "published"), child_pointer(pointer, "published"), method);
   return method;
@@ -225,44 +192,19 @@ MethodConfig ConfigReader::read_method(const json& value, const std::string& poi
 
 void ConfigReader::read_published(const json& published, const std::string& pointer,
                                   MethodConfig& method) {
-  std::vector<std::string> scenes;
-  for (const SceneConfig& scene : config_.scenes) scenes.push_back(scene.name);
   for (const auto& [scene, efficiency] : published.items()) {
-    const std::string place = child_pointer(pointer, scene);
-    if (std::find(scenes.begin(), scenes.end(), scene) == scenes.end()) {
-      faults_.add(document_.key_at(place), place, unknown_name("scene", scene, scenes));
-    } else if (efficiency.is_number()) {
-      method.published[scene] = efficiency.get<double>();
-    }
+    if (!check_scene_key(scene, child_pointer(pointer, scene))) continue;
+    if (efficiency.is_number()) method.published[scene] = efficiency.get<double>();
   }
 }
 
-void ConfigReader::read_sweeps(const json& params, const std::string& pointer,
-                               const EstimatorEntry& entry, MethodConfig& method) {
-  for (const auto& [name, value] : params.items()) {
-    const std::string place = child_pointer(pointer, name);
-    const json list = value.is_array() ? value : json::array({value});
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      const std::optional<ParamValue> given = param_from_json(list[i]);
-      if (!given) continue;
-      // One name at a time through the same function as everywhere else, so that messages are the
-      // same.
-      std::vector<ParamProblem> problems;
-      const ParamSet resolved = resolve_params(entry.params(), {{name, *given}}, problems);
-      if (problems.empty()) {
-        method.params[name].push_back(resolved.values().find(name)->second);
-        continue;
-      }
-      const bool known =
-          std::any_of(entry.params().begin(), entry.params().end(),
-                      [&, &key = name](const ParamSpec& s) { return s.name == key; });
-      if (known) {
-        fault(value.is_array() ? child_pointer(place, i) : place, problems.front().message);
-      } else if (!faults_.covers(place)) {
-        faults_.add(document_.key_at(place), place, problems.front().message);
-      }
-    }
-  }
+/// @return whether a key names a scene of this config
+bool ConfigReader::check_scene_key(const std::string& scene, const std::string& pointer) {
+  std::vector<std::string> scenes;
+  for (const SceneConfig& known : config_.scenes) scenes.push_back(known.name);
+  if (std::find(scenes.begin(), scenes.end(), scene) != scenes.end()) return true;
+  faults_.add(document_.key_at(pointer), pointer, unknown_name("scene", scene, scenes));
+  return false;
 }
 
 }  // namespace penumbra

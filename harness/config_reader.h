@@ -2,7 +2,7 @@
 
 #include <array>
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -34,8 +34,26 @@ class ConfigReader {
                       const SceneConfig& scene, ReferenceConfig& reference);
 
   MethodConfig read_method(const nlohmann::json& value, const std::string& pointer);
-  void read_sweeps(const nlohmann::json& params, const std::string& pointer,
+
+  /// One value of an axis and where it is written.
+  struct Item {
+    nlohmann::json value;
+    std::string pointer;
+  };
+  /// The values of a single value, a list or a range.
+  /// @param whole  the axis has whole numbers
+  std::vector<Item> axis_items(const nlohmann::json& value, const std::string& pointer, bool whole);
+  std::vector<Item> srl_items(const nlohmann::json& value, const std::string& pointer);
+  void read_axes(const nlohmann::json& value, const std::string& pointer,
+                 const EstimatorEntry* entry, MethodConfig& method);
+  void read_srl_by_scene(const nlohmann::json& by_scene, const std::string& pointer,
+                         const EstimatorEntry* entry, MethodConfig& method);
+  bool check_scene_key(const std::string& scene, const std::string& pointer);
+  void read_params(const nlohmann::json& params, const std::string& pointer,
                    const EstimatorEntry& entry, MethodConfig& method);
+  void read_zip(const nlohmann::json& zip, const std::string& pointer, MethodConfig& method);
+  void read_exclude(const nlohmann::json& exclude, const std::string& pointer,
+                    const EstimatorEntry* entry, MethodConfig& method);
   void read_published(const nlohmann::json& published, const std::string& pointer,
                       MethodConfig& method);
   const EstimatorEntry* find_entry(const std::string& name, const std::string& pointer);
@@ -43,6 +61,7 @@ class ConfigReader {
                               const EstimatorEntry* entry);
 
   void read_budget();
+  void read_budget_times(const nlohmann::json& value, BudgetConfig& budget);
   void read_images();
   void read_crop(const nlohmann::json& value, const std::string& pointer);
   std::optional<std::array<int, 2>> resolution_of(const SceneConfig& scene) const;
@@ -50,6 +69,7 @@ class ConfigReader {
   void check_names();
   void check_baselines();
   void check_samples();
+  void check_spp(int spp, const SceneConfig& scene, const std::string& pointer);
 
   const LocatedJson& document_;
   const nlohmann::json& root_;

@@ -36,6 +36,15 @@ ordered_json srl_json(const Srl& srl) {
   return srl.total();
 }
 
+/// One value as itself, several as a list.
+template <typename T, typename ToJson>
+ordered_json axis_json(const std::vector<T>& values, ToJson to_json) {
+  if (values.size() == 1) return to_json(values.front());
+  ordered_json list = ordered_json::array();
+  for (const T& value : values) list.push_back(ordered_json(to_json(value)));
+  return list;
+}
+
 /// Values of every declared parameter, the default where none is given.
 template <typename Values, typename ToJson>
 ordered_json params_json(const std::string& estimator, const Values& given, ToJson to_json) {
@@ -44,8 +53,8 @@ ordered_json params_json(const std::string& estimator, const Values& given, ToJs
   PN_CHECK(entry != nullptr, "the config was checked");
   for (const ParamSpec& spec : entry->params()) {
     const auto found = given.find(spec.name);
-    result[spec.name] =
-        found == given.end() ? param_to_json(spec.default_value) : to_json(found->second);
+    result[spec.name] = found == given.end() ? ordered_json(param_to_json(spec.default_value))
+                                             : ordered_json(to_json(found->second));
   }
   return result;
 }
@@ -56,8 +65,10 @@ ordered_json scene_json(const SceneConfig& scene) {
   result["file"] = portable_path(scene.file);
   if (scene.resolution) result["resolution"] = *scene.resolution;
   result["camera_samples"] = scene.camera_samples;
+  if (scene.spp) result["spp"] = *scene.spp;
   const ReferenceConfig& reference = scene.reference;
   result["reference"] = {
+      {"type", to_string(reference.type)},
       {"estimator", reference.estimator},
       {"sampler", reference.sampler},
       {"params", params_json(reference.estimator, reference.params, param_to_json)},
@@ -70,19 +81,23 @@ ordered_json method_json(const MethodConfig& method) {
   ordered_json result;
   result["label"] = method.label;
   result["estimator"] = method.estimator;
-  if (method.sampler) result["sampler"] = *method.sampler;
-  if (method.srl.size() == 1) {
-    result["srl"] = srl_json(method.srl.front());
-  } else {
-    for (const Srl& srl : method.srl) result["srl"].push_back(srl_json(srl));
+  const auto itself = [](const auto& value) { return value; };
+  if (!method.samplers.empty()) result["sampler"] = axis_json(method.samplers, itself);
+  if (!method.spp.empty()) result["spp"] = axis_json(method.spp, itself);
+  result["srl"] = axis_json(method.srl, srl_json);
+  result["params"] = params_json(
+      method.estimator, method.params,
+      [](const std::vector<ParamValue>& values) { return axis_json(values, param_to_json); });
+  for (const auto& [scene, srl] : method.srl_by_scene) {
+    result["srl_by_scene"][scene] = srl_json(srl);
   }
-  result["params"] =
-      params_json(method.estimator, method.params, [](const std::vector<ParamValue>& values) {
-        if (values.size() == 1) return param_to_json(values.front());
-        json list = json::array();
-        for (const ParamValue& value : values) list.push_back(param_to_json(value));
-        return list;
-      });
+  if (!method.zip.empty()) result["zip"] = method.zip;
+  for (const SweepValues& values : method.exclude) {
+    ordered_json entry = ordered_json::object();
+    for (const auto& [axis, value] : values) entry[axis] = param_to_json(value);
+    result["exclude"].push_back(entry);
+  }
+  if (!method.tags.empty()) result["tags"] = method.tags;
   if (!method.published.empty()) result["published"] = method.published;
   return result;
 }
@@ -90,6 +105,7 @@ ordered_json method_json(const MethodConfig& method) {
 ordered_json images_json(const ImagesConfig& images) {
   ordered_json result;
   result["maps"] = images.maps;
+  result["runs"] = images.runs;
   result["exposure"] = shortest(images.exposure);
   result["crops"] = ordered_json::array();
   for (const CropConfig& crop : images.crops) {
@@ -120,12 +136,18 @@ std::string resolved_json(const ExperimentConfig& config) {
   result["samplers"] = config.samplers;
   result["spp"] = config.spp;
   if (config.budget) {
-    result["budget"] = {{"time_cpu_s", config.budget->time_cpu_s},
-                        {"solve_for", config.budget->solve_for == SolveFor::Spp ? "spp" : "srl"},
-                        {"pilots", config.budget->pilots},
-                        {"tolerance", config.budget->tolerance}};
+    const auto itself = [](double value) { return value; };
+    const BudgetConfig& budget = *config.budget;
+    result["budget"] = ordered_json::object();
+    if (budget.match) result["budget"]["match"] = *budget.match;
+    result["budget"][budget.match ? "times" : "time_cpu_s"] = axis_json(budget.times, itself);
+    result["budget"].update(
+        {{"solve_for", config.budget->solve_for == SolveFor::Spp ? "spp" : "srl"},
+         {"pilots", config.budget->pilots},
+         {"tolerance", config.budget->tolerance}});
   }
   result["blocks"] = config.blocks;
+  result["attempts"] = config.attempts;
   result["relmse_epsilon"] = config.relmse_epsilon;
   result["images"] = images_json(config.images);
   return result.dump(2);

@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "harness/metrics.h"
 #include "harness/statistics.h"
 #include "scenes/core/error.h"
 
@@ -87,9 +88,24 @@ void add_errors(Cell& cell, double confidence) {
   row.bias_p = zero_mean_p(biases, first.reference_mean_se.value_or(0));
 }
 
+/// Root mean square error that the rounding of float pixels explains, as a share of the reference's
+/// mean; sampling would take 1e12 estimates to come near.
+constexpr double kRoundingError = 1e-6;
+
+bool equals_reference(const Cell& cell) {
+  const std::optional<double> naive = cell.runs.mean_of(&RunRow::mse_naive);
+  const std::optional<double> mean = cell.runs.first().reference_mean;
+  return naive && mean && std::sqrt(*naive) <= kRoundingError * std::abs(*mean);
+}
+
 void add_efficiency(Cell& cell, double confidence) {
   EfficiencyRow& row = cell.row;
-  if (row.reference_share.value_or(0) > 0.5) {
+  if (equals_reference(cell)) {
+    row.verdict = Verdict::Exact;
+    add_note(row, "exact: equal to the reference, nothing to compare");
+    return;
+  }
+  if (row.reference_share.value_or(0) > kShareToRefuse) {
     row.verdict = Verdict::ReferenceLimited;
     add_note(row, "more than half of the error is the reference's");
     return;

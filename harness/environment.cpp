@@ -1,12 +1,20 @@
+#include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <oneapi/tbb/version.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <ImathConfig.h>
+#include <OpenEXRConfig.h>
+
+#include <boost/version.hpp>
+#include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "harness/build_info.h"
+#include "harness/keys.h"
 #include "scenes/core/ray_batch.h"
 
 namespace penumbra {
@@ -30,6 +38,17 @@ std::string first_line(const char* file) {
   return line;
 }
 
+nlohmann::ordered_json libraries_json() {
+  return {{"ray_tracing", RayScene::version()},
+          {"tbb", TBB_runtime_version()},
+          {"openexr", OPENEXR_VERSION_STRING},
+          {"imath", IMATH_VERSION_STRING},
+          {"boost", BOOST_LIB_VERSION},
+          {"fmt", FMT_VERSION},
+          {"nlohmann_json", fmt::format("{}.{}.{}", NLOHMANN_JSON_VERSION_MAJOR,
+                                        NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH)}};
+}
+
 }  // namespace
 
 std::string machine_text() {
@@ -37,15 +56,17 @@ std::string machine_text() {
                      std::thread::hardware_concurrency());
 }
 
-std::string environment_json(int threads, const std::string& command_line) {
+std::string environment_json(const Session& session, const std::string& before) {
+  using nlohmann::ordered_json;
   utsname system{};
   uname(&system);
   const BuildInfo& build = build_info();
-  nlohmann::json json;
+  const std::string load = first_line("/proc/loadavg");
+  ordered_json json;
   json["penumbra"] = {{"version", build.version},       {"commit", build.commit},
                       {"compiler", build.compiler},     {"flags", build.flags},
                       {"build_type", build.build_type}, {"asserts", build.asserts}};
-  json["libraries"] = {{"ray_tracing", RayScene::version()}};
+  json["libraries"] = libraries_json();
   json["machine"] = {
       {"cpu", proc_value("/proc/cpuinfo", "model name")},
       {"microcode", proc_value("/proc/cpuinfo", "microcode")},
@@ -53,9 +74,19 @@ std::string environment_json(int threads, const std::string& command_line) {
       {"memory", proc_value("/proc/meminfo", "MemTotal")},
       {"kernel", std::string(system.sysname) + " " + system.release},
       {"governor", first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")},
-      {"load_average", first_line("/proc/loadavg")}};
-  json["threads"] = threads;
-  json["command_line"] = command_line;
+      {"load_average", load}};
+  json["threads"] = session.threads;
+  json["command_line"] = session.command_line;
+  json["config_hash"] = hash_id({"config", session.config});
+  const ordered_json earlier = ordered_json::parse(before, nullptr, false);
+  json["sessions"] = earlier.is_object() ? earlier.value("sessions", ordered_json::array())
+                                         : ordered_json::array();
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  json["sessions"].push_back({{"started", fmt::format("{:%FT%TZ}", now)},
+                              {"commit", build.commit},
+                              {"command_line", session.command_line},
+                              {"threads", session.threads},
+                              {"load_average", load}});
   return json.dump(2) + "\n";
 }
 

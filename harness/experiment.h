@@ -9,24 +9,27 @@
 #include "harness/config.h"
 #include "harness/plan.h"
 #include "harness/reference.h"
-#include "harness/report_tables.h"
+#include "harness/run_row.h"
 
-/// Running an experiment: references, plan, blocks of runs with one appended row each, pictures,
-/// tables. What the output folder already holds is not done again.
+/// Running an experiment: references, plan, blocks of runs with one appended row each, pictures.
+/// What the output folder already holds is not done again.
 namespace penumbra {
 
 struct RunOptions {
   std::filesystem::path out;
   std::string only;          ///< glob on "scene/label/sampler"; empty: all cells
+  std::string tag;           ///< of methods; empty: all
   std::string command_line;  ///< for environment.json
 };
 
 /// How a run ended.
 struct RunOutcome {
   int rows_measured{0};
-  int rows_found{0};        ///< measured before
-  int rows_failed{0};       ///< of all
-  bool interrupted{false};  ///< by SIGINT or SIGTERM, after the run that was under way
+  int rows_found{0};         ///< measured before
+  int rows_failed{0};        ///< of all
+  int rows_stale{0};         ///< of cells that the config no longer has
+  int rows_contaminated{0};  ///< whose last attempt was disturbed too
+  bool interrupted{false};   ///< by SIGINT or SIGTERM, after the run that was under way
 };
 
 /// Time of each stage, in the order in which they were done.
@@ -44,25 +47,25 @@ class Experiment {
   const std::vector<LoadedScene>& scenes() const { return scenes_; }
   const ExperimentConfig& config() const { return config_; }
 
-  /// References, plan, blocks, pictures and tables.
-  /// @throws InputError when the folder holds the results of another config
+  /// References, plan, blocks and pictures; tables are made of the rows (report.h).
+  /// @throws InputError when the folder holds the results of another experiment
   RunOutcome run();
 
-  /// Tables of all rows in the folder, in the config's order.
-  ReportTables tables() const;
-  TableOptions table_options() const;
+  /// By scene, of the scenes of the cells; empty before `run`.
+  const std::vector<std::optional<Reference>>& references() const { return references_; }
   const std::vector<StageTime>& stages() const { return stages_; }
 
  private:
+  void select_cells();
   void open_folder();
   void provide_references();
   void provide_plan();
   void run_blocks(RunOutcome& outcome);
-  RunRow measure(const Cell& cell, int block, int order);
+  void warm_up(const Cell& cell);
+  RunRow measure(const Cell& cell, int block, int order, int attempt);
   void write_pictures();
   void write_cell_pictures(const Cell& cell);
   void write_events(const RunRow& row, const Cell& cell, const RenderResult& result);
-  void write_tables() const;
   std::filesystem::path image_file(const Cell& cell, const std::string& suffix) const;
   std::vector<std::size_t> block_order(int block) const;
 
@@ -73,7 +76,11 @@ class Experiment {
   std::vector<Cell> cells_;
   std::vector<std::optional<Reference>> references_;  // [scene]
   std::vector<StageTime> stages_;
+  bool warm_{false};
 };
+
+/// Whether pictures of a cell are made: of several budgets, for the largest only.
+bool has_pictures(const ExperimentConfig& config, const Cell& cell);
 
 /// Makes SIGINT and SIGTERM ask for an orderly end instead of killing the process.
 void handle_interrupts();

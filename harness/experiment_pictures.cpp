@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "harness/experiment.h"
 #include "harness/image_file.h"
 #include "harness/map_strips.h"
@@ -8,6 +10,13 @@
 #include "harness/render.h"
 
 namespace penumbra {
+
+bool has_pictures(const ExperimentConfig& config, const Cell& cell) {
+  if (!config.budget) return true;
+  const std::vector<double>& times = config.budget->times;
+  return cell.budget_time == *std::max_element(times.begin(), times.end());
+}
+
 std::filesystem::path Experiment::image_file(const Cell& cell, const std::string& suffix) const {
   return penumbra::image_file(options_.out, config_.scenes[cell.scene].name, cell, suffix);
 }
@@ -15,6 +24,7 @@ std::filesystem::path Experiment::image_file(const Cell& cell, const std::string
 void Experiment::write_pictures() {
   for (const Cell& cell : cells_) {
     if (interrupted()) return;
+    if (!has_pictures(config_, cell)) continue;
     if (!std::filesystem::exists(image_file(cell, ".exr"))) write_cell_pictures(cell);
   }
 }

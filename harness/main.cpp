@@ -36,6 +36,7 @@ struct Options {
   RenderOptions render;
   InspectOptions inspect;
   ReplayOptions replay;
+  std::filesystem::path report;
   SelfTestCommandOptions selftest;
 };
 
@@ -58,6 +59,8 @@ void add_config_commands(CLI::App& app, Options& o) {
   add_config(*reference, o.reference.config);
   reference->add_option("--scene", o.reference.scene, "Only this scene");
   reference->add_option("--add-spp", o.reference.add_spp, "Adds this many estimates per pixel");
+  reference->add_flag("--small", o.reference.small,
+                      "Also puts it into references/small/ and references/manifest.json");
   reference->add_option("--threads", o.reference.threads, "0: all cores");
 
   CLI::App* run =
@@ -65,7 +68,11 @@ void add_config_commands(CLI::App& app, Options& o) {
   add_config(*run, o.run.config);
   run->add_option("--out", o.run.out, "Folder of the results [results/<name of the config>]");
   run->add_option("--only", o.run.only, "Glob on scene/label/sampler: only these cells");
+  run->add_option("--tag", o.run.tag, "Only methods with this tag");
   run->add_option("--threads", o.run.threads, "0: all cores");
+
+  CLI::App* report = app.add_subcommand("report", "Makes all tables of a result folder again");
+  report->add_option("DIR", o.report, "Folder of a run's results")->required();
 }
 
 void add_render(CLI::App& app, Options& o) {
@@ -130,6 +137,7 @@ int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("plan")) return plan_command(o.plan);
   if (app.got_subcommand("reference")) return reference_command(o.reference);
   if (app.got_subcommand("run")) return run_command(o.run);
+  if (app.got_subcommand("report")) return report_command(o.report);
   if (app.got_subcommand("render")) return render_command(o.render);
   if (app.got_subcommand("selftest")) return selftest_command(o.selftest);
   if (app.got_subcommand("replay")) return replay_command(o.replay);

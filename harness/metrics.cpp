@@ -1,8 +1,10 @@
 #include "harness/metrics.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include "scenes/core/error.h"
@@ -27,10 +29,17 @@ struct Sums {
   double signed_error{0};
 };
 
-/// Adds one pixel. @return its naive squared error, mean over channels
-double add_pixel(const Rgb& x, const Rgb& a, const Rgb& b, double relmse_offset, double mape_offset,
-                 Sums& sums) {
-  double squared = 0;
+/// What is kept of a pixel.
+struct PixelErrors {
+  double squared{0};           // (x-rbar)^2, mean over channels
+  double relative_squared{0};  // (x-rbar)^2 / (rbar^2 + eps), likewise
+  double relative_product{0};  // (x-A)(x-B) / (rbar^2 + eps), likewise
+};
+
+/// Adds one pixel.
+PixelErrors add_pixel(const Rgb& x, const Rgb& a, const Rgb& b, double relmse_offset,
+                      double mape_offset, Sums& sums) {
+  PixelErrors pixel;
   for (int c = 0; c < kChannels; ++c) {
     const double value = channel(x, c);
     const double half_a = channel(a, c);
@@ -38,14 +47,41 @@ double add_pixel(const Rgb& x, const Rgb& a, const Rgb& b, double relmse_offset,
     const double mean = 0.5 * (half_a + half_b);
     const double product = (value - half_a) * (value - half_b);
     const double error = value - mean;
+    const double scale = mean * mean + relmse_offset;
     sums.product += product;
-    sums.relative_product += product / (mean * mean + relmse_offset);
+    sums.relative_product += product / scale;
     sums.relative_absolute += std::abs(error) / (std::abs(mean) + mape_offset);
     sums.signed_error += error;
-    squared += error * error;
+    sums.squared += error * error;
+    pixel.squared += error * error / kChannels;
+    pixel.relative_squared += error * error / scale / kChannels;
+    pixel.relative_product += product / scale / kChannels;
   }
-  sums.squared += squared;
-  return squared / kChannels;
+  return pixel;
+}
+
+/// Mean of the relative products without the worst pixels; of pixels that err alike the first ones
+/// are the worst.
+double trimmed_mean(std::span<const PixelErrors> pixels) {
+  const auto trimmed =
+      static_cast<std::size_t>(kTrimmedShare * static_cast<double>(pixels.size()) + 1e-9);
+  std::vector<std::size_t> order(pixels.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto kept = order.begin() + static_cast<std::ptrdiff_t>(trimmed);
+  std::nth_element(order.begin(), kept, order.end(), [&](std::size_t i, std::size_t j) {
+    if (pixels[i].relative_squared != pixels[j].relative_squared) {
+      return pixels[i].relative_squared > pixels[j].relative_squared;
+    }
+    return i < j;
+  });
+  std::vector<bool> left_out(pixels.size(), false);
+  for (auto i = order.begin(); i != kept; ++i) left_out[*i] = true;
+  // In image order, so that the sum does not depend on how the library selects.
+  double sum = 0;
+  for (std::size_t p = 0; p < pixels.size(); ++p) {
+    if (!left_out[p]) sum += pixels[p].relative_product;
+  }
+  return sum / static_cast<double>(pixels.size() - trimmed);
 }
 
 std::optional<double> share_of_reference(double variance, double mse) {
@@ -54,22 +90,28 @@ std::optional<double> share_of_reference(double variance, double mse) {
   return variance / mse;
 }
 
-constexpr std::array<MetricInfo, 8> kMetrics{{
-    {"mse", "MSE", "(W/(m^2 sr))^2", "mean((x-A)(x-B)), A and B the halves of the reference", true,
-     [](const ImageMetrics& m) -> std::optional<double> { return m.mse; }},
+constexpr std::string_view kRelmseEpsilon = "relmse_epsilon (config, 0.01) x mean(r)^2";
+
+constexpr std::array<MetricInfo, 9> kMetrics{{
+    {"mse", "MSE", "(W/(m^2 sr))^2", "mean((x-A)(x-B)), A and B the halves of the reference", "",
+     true, false, [](const ImageMetrics& m) -> std::optional<double> { return m.mse; }},
     {"mse_naive", "MSE, reference noise included", "(W/(m^2 sr))^2", "mean((x-r)^2), r = (A+B)/2",
-     true, [](const ImageMetrics& m) -> std::optional<double> { return m.mse_naive; }},
-    {"rmse", "RMSE", "W/(m^2 sr)", "sqrt(mse)", true, [](const ImageMetrics& m) { return m.rmse; }},
-    {"relmse", "relMSE", "1", "mean((x-A)(x-B) / (r^2 + eps mean(r)^2))", true,
+     "", true, true, [](const ImageMetrics& m) -> std::optional<double> { return m.mse_naive; }},
+    {"rmse", "RMSE", "W/(m^2 sr)", "sqrt(mse)", "", true, false,
+     [](const ImageMetrics& m) { return m.rmse; }},
+    {"relmse", "relMSE", "1", "mean((x-A)(x-B) / (r^2 + eps))", kRelmseEpsilon, true, false,
      [](const ImageMetrics& m) { return m.relmse; }},
-    {"mape", "MAPE", "1", "mean(|x-r| / (|r| + 0.01 mean(r)))", true,
+    {"relmse_trim", "relMSE, 1 % of the pixels trimmed", "1",
+     "relmse without the 1 % of pixels of largest (x-r)^2 / (r^2 + eps)", kRelmseEpsilon, true,
+     true, [](const ImageMetrics& m) { return m.relmse_trim; }},
+    {"mape", "MAPE", "1", "mean(|x-r| / (|r| + eps)), not debiased", "0.01 x |mean(r)|", true, true,
      [](const ImageMetrics& m) { return m.mape; }},
-    {"mean_error", "Mean error", "W/(m^2 sr)", "mean(x-r)", true,
+    {"mean_error", "Mean error", "W/(m^2 sr)", "mean(x-r)", "", true, true,
      [](const ImageMetrics& m) -> std::optional<double> { return m.mean_error; }},
     {"p_eff", "Effective pixels", "pixels",
-     "3 (sum e_p^2)^2 / sum e_p^4 - 2, e_p^2 = mean_c (x-r)^2", false,
+     "3 (sum e_p^2)^2 / sum e_p^4 - 2, e_p^2 = mean_c (x-r)^2", "", false, true,
      [](const ImageMetrics& m) { return m.p_eff; }},
-    {"reference_share", "Reference share", "1", "mean((A-B)^2) / 4 / mse", true,
+    {"reference_share", "Reference share", "1", "mean((A-B)^2) / 4 / mse", "", true, true,
      [](const ImageMetrics& m) { return m.reference_share; }},
 }};
 
@@ -115,11 +157,12 @@ ImageMetrics image_metrics(std::span<const Rgb> image, const ReferenceHalves& re
   metrics.reference = reference_noise(reference);
   const double mean = metrics.reference.mean;
   Sums sums;
+  std::vector<PixelErrors> pixels(image.size());
   std::vector<double> squared_errors(image.size());
   for (std::size_t p = 0; p < image.size(); ++p) {
-    squared_errors[p] =
-        add_pixel(image[p], reference.a[p], reference.b[p], relmse_epsilon * mean * mean,
-                  kMapeEpsilon * std::abs(mean), sums);
+    pixels[p] = add_pixel(image[p], reference.a[p], reference.b[p], relmse_epsilon * mean * mean,
+                          kMapeEpsilon * std::abs(mean), sums);
+    squared_errors[p] = pixels[p].squared;
     if (!is_finite(image[p])) ++metrics.nonfinite;
   }
   const double values = static_cast<double>(image.size()) * kChannels;
@@ -130,6 +173,10 @@ ImageMetrics image_metrics(std::span<const Rgb> image, const ReferenceHalves& re
   if (mean != 0) {
     metrics.relmse = sums.relative_product / values;
     metrics.mape = sums.relative_absolute / values;
+    // NaN has no order.
+    metrics.relmse_trim = std::isfinite(sums.relative_product)
+                              ? trimmed_mean(pixels)
+                              : std::numeric_limits<double>::quiet_NaN();
   }
   // Naive, not debiased, squared errors: they are squares of one Gaussian per pixel, which is what
   // the factor 3 rests on; a product (x-A)(x-B) can be negative and has another fourth moment.

@@ -37,6 +37,11 @@ struct ReferenceNoise {
 /// @param reference  halves of equal, non-zero length
 ReferenceNoise reference_noise(const ReferenceHalves& reference);
 
+/// Shares of a reference's variance in a measured error above which it is warned, and
+/// above which there is no efficiency. Source: statistics.md 3.1.
+inline constexpr double kShareToWarn = 0.05;
+inline constexpr double kShareToRefuse = 0.5;
+
 /// All errors of one image. Means are over pixels and the 3 channels.
 struct ImageMetrics {
   double mse{
@@ -45,6 +50,7 @@ struct ImageMetrics {
   std::optional<double> rmse;  ///< sqrt(mse); empty when mse < 0
   std::optional<double>
       relmse;  ///< mean of (x-A)(x-B)/(rbar^2 + eps mean(rbar)^2); empty: black reference
+  std::optional<double> relmse_trim;  ///< relmse without the kTrimmedShare of worst pixels
   std::optional<double>
       mape;  ///< mean of |x-rbar|/(|rbar| + kMapeEpsilon mean(rbar)), a fraction; empty likewise
   double mean_error{0};         ///< signed mean of x-rbar [W/(m^2 sr)]
@@ -57,6 +63,12 @@ struct ImageMetrics {
 /// MAPE's epsilon, relative to the mean of the reference. MAPE is not debiased: |x-rbar| has no
 /// two-halves form.
 inline constexpr double kMapeEpsilon = 0.01;
+
+/// Share of pixels that relmse_trim leaves out: those of the largest (x-rbar)^2/(rbar^2 + eps
+/// mean(rbar)^2), mean over channels. The remaining ones are debiased as ever. Trimming changes
+/// what is estimated, by an amount that depends on the method and on its number of samples, so this
+/// is for looking at outliers and decides nothing.
+inline constexpr double kTrimmedShare = 0.01;
 
 /// Measures one image. relMSE and MAPE share rbar and the epsilon over all methods, zero-reference
 /// pixels are kept; their denominator contains the reference's own noise, so they are debiased in
@@ -89,7 +101,9 @@ struct MetricInfo {
   std::string_view label;  ///< of a plot's axis
   std::string_view unit;   ///< "1" when it has none
   std::string_view formula;
+  std::string_view epsilon;    ///< that the formula adds to a denominator; empty: none
   bool lower_is_better{true};  ///< of the absolute value, where the metric is signed
+  bool diagnostic{false};      ///< explains an error; decides no efficiency, verdict or gate
   std::optional<double> (*value)(const ImageMetrics&){nullptr};
 };
 

@@ -12,7 +12,7 @@
 #include "harness/render.h"
 #include "harness/scene_store.h"
 
-/// From sweeps to cells, and from time budgets to frozen sample counts.
+/// From sweeps to cells, and the frozen sample counts of each.
 namespace penumbra {
 
 /// One (scene, method, parameters, sampler, budget): a row of the table, measured once in every
@@ -27,7 +27,9 @@ struct Cell {
   SamplerKind sampler{SamplerKind::Independent};
   Srl srl;  ///< with the split that is used
   int spp{1};
-  std::optional<double> budget_s;  ///< CPU time to meet
+  std::optional<double> budget_time;  ///< of BudgetConfig::times: seconds or a multiple
+  std::optional<double> budget_s;     ///< CPU time to meet; of a matched time once it is measured
+  std::vector<std::string> tags;
 
   Budget budget() const { return {sampler, srl.initial, srl.adaptive}; }
 };
@@ -36,8 +38,11 @@ struct Cell {
 /// least two initial rays, the paper's 4-12.
 Srl split_srl(int total, bool adaptive);
 
-/// All cells of an experiment in the order of the config: scenes, samplers, methods, SRL,
-/// parameters.
+/// Another total, split as the given one.
+Srl scaled_srl(const Srl& srl, int total);
+
+/// All cells of an experiment in the order of the config: scenes, methods, their combinations
+/// (sweep.h), budgets.
 /// @throws InputError when an estimator refuses its parameters for a scene
 std::vector<Cell> expand_cells(const ExperimentConfig& config,
                                const std::vector<LoadedScene>& scenes);
@@ -48,7 +53,7 @@ RenderSettings render_settings(const Cell& cell, std::uint64_t seed, int threads
 /// Seed of a run: independent for every cell and block.
 std::uint64_t run_seed(const ExperimentConfig& config, const Cell& cell, int block);
 
-/// What a pilot found for one cell; kept in plan.lock.json.
+/// What the pilots found for one cell; kept in plan.lock.json.
 struct PlannedCell {
   std::string id;
   int spp{1};
@@ -56,13 +61,10 @@ struct PlannedCell {
   double fixed_s{0};  ///< T(n) = fixed_s + per_unit_s n, CPU time, n the number solved for
   double per_unit_s{0};
   double predicted_s{0};  ///< CPU time of one run
+  std::optional<double> budget_s;
+  std::optional<double> p_eff;  ///< effective pixels of one pilot, from the difference of two; only
+                                ///< in memory
 };
-
-/// Measures the cells with pilot runs, interleaved, and solves each for its time budget. Cells
-/// without a budget get their prediction from one pilot.
-std::vector<PlannedCell> run_pilots(const ExperimentConfig& config,
-                                    const std::vector<LoadedScene>& scenes,
-                                    const std::vector<Cell>& cells);
 
 /// The content of plan.lock.json.
 struct PlanFile {

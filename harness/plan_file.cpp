@@ -33,6 +33,7 @@ void write_plan(const std::filesystem::path& file, const std::vector<LoadedScene
                              {"fixed_s", cell.fixed_s},
                              {"per_unit_s", cell.per_unit_s},
                              {"predicted_cpu_s", cell.predicted_s}});
+    if (cell.budget_s) json["cells"].back()["budget_s"] = *cell.budget_s;
   }
   write_file_atomically(file, json.dump(2) + "\n");
 }
@@ -48,7 +49,9 @@ PlanFile read_plan_file(const std::filesystem::path& file) {
     if (json.contains("scenes")) json.at("scenes").get_to(plan.scene_hashes);
     for (const nlohmann::json& cell : json.at("cells")) {
       plan.cells.push_back({cell.at("id"), cell.at("spp"), parse_srl(cell.at("srl")),
-                            cell.at("fixed_s"), cell.at("per_unit_s"), cell.at("predicted_cpu_s")});
+                            cell.at("fixed_s"), cell.at("per_unit_s"), cell.at("predicted_cpu_s"),
+                            std::nullopt, std::nullopt});
+      if (cell.contains("budget_s")) plan.cells.back().budget_s = cell.at("budget_s").get<double>();
     }
   } catch (const nlohmann::json::exception& e) {
     throw InputError(file.string() + ": not a plan: " + e.what());

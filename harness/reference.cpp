@@ -3,159 +3,36 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "harness/build_info.h"
-#include "harness/clocks.h"
+#include "estimators/estimator.h"
+#include "harness/inspection_lights.h"
 #include "harness/keys.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
-#include "harness/render.h"
+#include "harness/reference_job.h"
+#include "harness/reference_manifest.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
 namespace {
 
-constexpr double kSaveInterval_s = 60.0;
-
-// Running sums of one half, in double; the file keeps their means in float.
-struct Half {
-  std::vector<Vec3d> sum;
-  int spp{0};
-
-  void add(const RenderResult& pass, int pass_spp) {
-    for (std::size_t i = 0; i < sum.size(); ++i) {
-      sum[i] += pass.radiance[i] * static_cast<double>(pass_spp);
-    }
-    spp += pass_spp;
-  }
-  Image mean(int width, int height) const {
-    Image image = make_image(width, height);
-    for (std::size_t i = 0; i < sum.size(); ++i) {
-      image.pixels[i] = Rgb(Imath::V3f(sum[i] / static_cast<double>(spp)));
-    }
-    return image;
-  }
-};
-
-class ReferenceJob {
- public:
-  ReferenceJob(const LoadedScene& scene, std::string id, std::filesystem::path file, int threads)
-      : scene_(scene), id_(std::move(id)), file_(std::move(file)), threads_(threads) {
-    const std::size_t pixels = static_cast<std::size_t>(scene.points.width) *
-                               static_cast<std::size_t>(scene.points.height);
-    for (Half& half : halves_) half.sum.assign(pixels, Vec3d(0.0));
-  }
-
-  int spp() const { return halves_[0].spp + halves_[1].spp; }
-
-  // Takes over what a file holds; its lineage says which seeds are used up.
-  void resume(const ExrFile& file) {
-    const char* layers[2] = {"half_a", "half_b"};
-    lineage_ = nlohmann::json::parse(file.metadata.at("lineage"));
-    const int half_spp = std::stoi(file.metadata.at("spp")) / 2;
-    for (std::size_t h = 0; h < 2; ++h) {
-      const Image& image = file.image(layers[h]);
-      for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        halves_[h].sum[i] = Vec3d(image.pixels[i]) * static_cast<double>(half_spp);
-      }
-      halves_[h].spp = half_spp;
-    }
-    for (const nlohmann::json& entry : lineage_) next_pass_ += entry.at("passes").get<int>();
-  }
-
-  // Renders passes of equal size, alternating between the halves, until there are `target`
-  // estimates per pixel.
-  void run(int target) {
-    const ReferenceConfig& config = scene_.config->reference;
-    std::vector<ParamProblem> problems;
-    RenderSettings settings;
-    settings.estimator = find_estimator(config.estimator);
-    PN_CHECK(settings.estimator != nullptr, "the config was checked");
-    settings.params = resolve_params(settings.estimator->params(), config.params, problems);
-    settings.budget = {*parse_sampler_kind(config.sampler), config.srl.initial,
-                       config.srl.adaptive};
-    settings.threads = threads_;
-    settings.spp = scene_.points.camera_samples;
-    const int begun = spp();
-    lineage_.push_back({{"estimator", config.estimator},
-                        {"sampler", config.sampler},
-                        {"srl", config.srl.text()},
-                        {"params", settings.params.differences(settings.estimator->params())},
-                        {"first_pass", next_pass_},
-                        {"passes", 0},
-                        {"spp", 0}});
-    Progress progress("reference " + scene_.scene->name(), target - begun);
-    Stopwatch since_save;
-    while (spp() < target) {
-      for (std::size_t h = 0; h < 2; ++h) {
-        settings.seed =
-            hash_texts({"reference", id_, h == 0 ? "a" : "b", std::to_string(next_pass_)});
-        const RenderResult pass = render(*scene_.scene, scene_.points, settings);
-        if (pass.bad_count > 0) fail_on(pass);
-        halves_[h].add(pass, settings.spp);
-        progress.update(spp() - begun);
-      }
-      ++next_pass_;
-      lineage_.back()["passes"] = lineage_.back()["passes"].get<int>() + 1;
-      lineage_.back()["spp"] = spp() - begun;
-      if (since_save.wall_s() > kSaveInterval_s) {
-        save();
-        since_save = Stopwatch();
-      }
-    }
-    save();
-    progress.finish();
-  }
-
- private:
-  [[noreturn]] void fail_on(const RenderResult& pass) const {
-    const BadEstimate& bad = pass.bad.front();
-    throw RunError(fmt::format(
-        "reference of scene \"{}\": {} estimates are not finite or negative, first at pixel {},{} "
-        "estimate {}: ({}, {}, {})",
-        scene_.scene->name(), pass.bad_count, bad.x, bad.y, bad.estimate, bad.value.x, bad.value.y,
-        bad.value.z));
-  }
-
-  void save() const {
-    const int width = scene_.points.width;
-    const int height = scene_.points.height;
-    const Image a = halves_[0].mean(width, height);
-    const Image b = halves_[1].mean(width, height);
-    Image mean = make_image(width, height);
-    for (std::size_t i = 0; i < mean.pixels.size(); ++i) {
-      mean.pixels[i] = (a.pixels[i] + b.pixels[i]) * 0.5f;
-    }
-    std::filesystem::create_directories(file_.parent_path());
-    write_exr(file_, {{"", mean}, {"half_a", a}, {"half_b", b}},
-              {{"reference_id", id_},
-               {"scene", scene_.scene->name()},
-               {"scene_hash", scene_.scene->content_hash()},
-               {"quantity", std::string(to_string(scene_.points.quantity))},
-               {"camera_samples", std::to_string(scene_.points.camera_samples)},
-               {"spp", std::to_string(spp())},
-               {"estimator", lineage_.back().at("estimator").get<std::string>()},
-               {"seed", "hash of (reference, id, half, pass)"},
-               {"core_version", std::to_string(kCoreVersion)},
-               {"commit", std::string(build_info().commit)},
-               {"lineage", lineage_.dump()}});
-  }
-
-  const LoadedScene& scene_;
-  std::string id_;
-  std::filesystem::path file_;
-  int threads_;
-  Half halves_[2];
-  nlohmann::json lineage_ = nlohmann::json::array();
-  int next_pass_{0};
-};
-
 std::string file_name(const std::string& scene_name, const std::string& id) {
   return scene_name + "-" + id + ".exr";
 }
 
+// Files of older versions have no type.
+ReferenceType type_of(const ExrFile& exr) {
+  const auto found = exr.metadata.find("reference_type");
+  if (found == exr.metadata.end()) return ReferenceType::Sampled;
+  return parse_reference_type(found->second).value_or(ReferenceType::Sampled);
+}
+
+int spp_of(const ExrFile& exr) { return std::stoi(exr.metadata.at("spp")); }
+
 ExrFile read_checked(const std::filesystem::path& file, const std::string& id) {
+  if (is_small_reference(file)) check_small_reference(file, id);
   ExrFile exr = read_exr(file);
   for (const char* key : {"reference_id", "spp", "lineage"}) {
     if (exr.metadata.count(key) == 0) {
@@ -173,6 +50,52 @@ ExrFile read_checked(const std::filesystem::path& file, const std::string& id) {
   return exr;
 }
 
+// Whether `a` is to be preferred to `b`.
+bool better(const ExrFile& a, const ExrFile& b) {
+  const bool exact_a = type_of(a) == ReferenceType::ExactSum;
+  const bool exact_b = type_of(b) == ReferenceType::ExactSum;
+  return exact_a != exact_b ? exact_a : spp_of(a) > spp_of(b);
+}
+
+// The id decides; the name in front of it is for people.
+std::optional<ExrFile> find_file(const std::string& id) {
+  std::optional<ExrFile> best;
+  for (const std::filesystem::path& folder : {small_references(), project_root() / "references"}) {
+    if (!std::filesystem::is_directory(folder)) continue;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      if (!entry.path().filename().string().ends_with(file_name("", id))) continue;
+      ExrFile found = read_checked(entry.path(), id);
+      if (!best || better(found, *best)) best = std::move(found);
+    }
+  }
+  return best;
+}
+
+// Reference::correlated_side of what the lineage says.
+int correlated_side(const ExrFile& exr) {
+  int side = 1;
+  for (const nlohmann::json& entry : nlohmann::json::parse(exr.metadata.at("lineage"))) {
+    const EstimatorEntry* const estimator = find_estimator(entry.value("estimator", ""));
+    if (estimator != nullptr && !estimator->shares_in_tile) continue;
+    const int tile = entry.value("tile", 0);
+    if (tile == 0) return 0;
+    // Squares of two sides have a common multiple; one pass of each is rare enough to give up.
+    if (side != 1 && side != tile) return 0;
+    side = tile;
+  }
+  return side;
+}
+
+Reference to_reference(const ExrFile& exr, const std::string& id) {
+  return {id,
+          exr.path,
+          type_of(exr),
+          spp_of(exr),
+          correlated_side(exr),
+          exr.image("half_a"),
+          exr.image("half_b")};
+}
+
 }  // namespace
 
 std::string reference_id(const LoadedScene& scene) {
@@ -182,32 +105,80 @@ std::string reference_id(const LoadedScene& scene) {
                   std::to_string(kCoreVersion)});
 }
 
-std::optional<std::filesystem::path> find_reference_file(const std::string& scene_name,
-                                                         const std::string& id) {
-  const std::filesystem::path folder = project_root() / "references";
-  for (const std::filesystem::path& place : {folder / "small", folder}) {
-    const std::filesystem::path file = place / file_name(scene_name, id);
-    if (std::filesystem::exists(file)) return file;
+ReferenceType reference_type(const LoadedScene& scene) {
+  const ReferenceType wanted = scene.config->reference.type;
+  if (wanted == ReferenceType::Sampled) return wanted;
+  std::string others;
+  for (const std::uint32_t id : scene.scene->sampled_lights()) {
+    const Light& light = scene.scene->lights()[id];
+    others +=
+        fmt::format("{}\"{}\" ({})", others.empty() ? "" : ", ", light.name, type_name(light.type));
   }
-  return std::nullopt;
+  if (others.empty()) return ReferenceType::ExactSum;
+  if (wanted == ReferenceType::Auto) return ReferenceType::Sampled;
+  throw InputError(fmt::format(
+      "scene \"{}\" ({}): reference.type \"exact_sum\" is for scenes whose lights are all of type "
+      "point, spot or directional; found {}; allowed here: \"auto\", \"sampled\"",
+      scene.config->name, scene.config->file.string(), others));
+}
+
+std::optional<Reference> find_reference(const LoadedScene& scene) {
+  return find_reference(reference_id(scene));
+}
+
+std::optional<Reference> find_reference(const std::string& id) {
+  const std::optional<ExrFile> found = find_file(id);
+  if (!found) return std::nullopt;
+  return to_reference(*found, id);
 }
 
 Reference read_reference(const std::filesystem::path& file, const std::string& id) {
-  ExrFile exr = read_checked(file, id);
-  return {id, file, std::stoi(exr.metadata.at("spp")), exr.image("half_a"), exr.image("half_b")};
+  return to_reference(read_checked(file, id), id);
 }
 
 Reference provide_reference(const LoadedScene& scene, int threads, int add_spp) {
+  const ReferenceType type = reference_type(scene);
   const std::string id = reference_id(scene);
   const std::string& name = scene.scene->name();
-  const std::optional<std::filesystem::path> found = find_reference_file(name, id);
-  const std::filesystem::path file =
-      found.value_or(project_root() / "references" / file_name(name, id));
+  const std::optional<ExrFile> found = find_file(id);
+  const bool found_exact = found && type_of(*found) == ReferenceType::ExactSum;
+  if (add_spp > 0 && (found_exact || type == ReferenceType::ExactSum)) {
+    note("reference of " + scene.config->name +
+         ": an exact sum has no noise that more samples could lower; none were added");
+  }
+  if (found_exact) return to_reference(*found, id);
+
+  const std::filesystem::path file = project_root() / "references" / file_name(name, id);
   ReferenceJob job(scene, id, file, threads);
-  if (found) job.resume(read_checked(file, id));
-  const int target = std::max(scene.config->reference.spp, found ? job.spp() : 0) + add_spp;
-  if (job.spp() < target) job.run(target);
+  if (type == ReferenceType::ExactSum) {
+    job.run_exact();
+    return read_reference(file, id);
+  }
+  if (found) job.resume(*found);
+  const int target = std::max(scene.config->reference.spp, job.spp()) + add_spp;
+  if (job.spp() >= target) return to_reference(*found, id);
+  job.run(target);
   return read_reference(file, id);
+}
+
+std::string describe(const std::string& scene_name, const Reference& reference) {
+  const ReferenceNoise noise = reference_noise(reference.halves());
+  std::string text = fmt::format(
+      "reference of {}: {}: {}, {} spp, mean {:.6g}", scene_name, reference.file.string(),
+      reference.exact() ? "exact sum" : "sampled", reference.spp, noise.mean);
+  if (reference.exact()) return text + ", no noise";
+  if (!(noise.mean > 0)) return text + ", no relative noise";
+  return text + fmt::format(", noise {:.2g} % of the mean per pixel, {:.2g} % of the whole image",
+                            100 * std::sqrt(noise.variance) / noise.mean,
+                            100 * noise.mean_se / noise.mean);
+}
+
+std::int64_t spp_to_add(std::optional<double> share, int spp, int camera_samples) {
+  if (!share) return std::int64_t{3} * spp;
+  if (!(*share > kShareToWarn)) return 0;
+  const double missing = spp * (*share / kShareToWarn - 1.0);
+  const std::int64_t step = std::int64_t{2} * camera_samples;
+  return step * static_cast<std::int64_t>(std::ceil(missing / static_cast<double>(step)));
 }
 
 }  // namespace penumbra

@@ -9,8 +9,8 @@ namespace penumbra {
 namespace {
 
 constexpr std::array<std::string_view, 2> kStatusTexts{"ok", "failed"};
-constexpr std::array<std::string_view, 6> kVerdictTexts{
-    "baseline", "better", "worse", "inconclusive", "reference_limited", "failed"};
+constexpr std::array<std::string_view, 7> kVerdictTexts{
+    "baseline", "better", "worse", "inconclusive", "reference_limited", "failed", "exact"};
 
 template <class Enum, std::size_t n>
 bool parse_enum(std::string_view text, const std::array<std::string_view, n>& texts, Enum& value) {
@@ -40,7 +40,13 @@ constexpr std::array kRunColumns{
     later_column<&RunRow::image_hash>("image_hash"),
     later_column<&RunRow::geometry>("geometry"),
     later_column<&RunRow::attempt>("attempt"),
-    later_column<&RunRow::contaminated>("contaminated")};
+    later_column<&RunRow::contaminated>("contaminated"),
+    later_column<&RunRow::load_average>("load_average"),
+    later_column<&RunRow::steal_share>("steal_share"),
+    later_column<&RunRow::switches_voluntary>("switches_voluntary"),
+    later_column<&RunRow::switches_involuntary>("switches_involuntary"),
+    later_column<&RunRow::relmse_trim>("relmse_trim"),
+    later_column<&RunRow::reference_spp>("reference_spp")};
 
 // Of radiance; of irradiance the square of W/m^2.
 constexpr std::string_view kErrorUnit = "(W/(m^2 sr))^2";
@@ -70,7 +76,11 @@ constexpr std::array kEfficiencyColumns{
     PN_LATER_EFF(ratio_instructions_hi), PN_LATER_EFF(ratio_blocks), PN_LATER_EFF(log_ratio_se),
     PN_LATER_EFF(detectable), PN_LATER_EFF(ratio_tuned_blocks), PN_LATER_EFF(log_ratio_tuned_se),
     PN_LATER_EFF(bias_p_holm), PN_LATER_EFF(best_of),
-    PN_LATER_EFF(n_contaminated)};
+    PN_LATER_EFF(n_contaminated),
+    later_column<&EfficiencyRow::variance>("variance", kErrorUnit),
+    later_column<&EfficiencyRow::bias2>("bias2", kErrorUnit),
+    later_column<&EfficiencyRow::p_eff_runs>("p_eff_runs", "pixels"),
+    PN_LATER_EFF(bias_smallest_p), PN_LATER_EFF(bias_tost)};
 // clang-format on
 
 #undef PN_RUN

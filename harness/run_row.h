@@ -66,14 +66,20 @@ struct RunRow {
   std::string image_hash;    ///< of all bits of the image in double precision, of failed runs too;
                              ///< empty in files of versions that did not write it
   std::string geometry;      ///< of the scene: own, generated or models; likewise
-  int attempt{0};            ///< 0 first; a contaminated run is measured again with the same seed
-  std::string contaminated;  ///< why the times are not to be trusted; empty: clean
+  int attempt{0};            ///< 0 first; a run whose time was disturbed is tried again
+  std::string contaminated;  ///< what disturbed the time; empty: nothing seen
+  std::optional<double> load_average;  ///< run_conditions.h explains these
+  std::optional<double> steal_share;
+  std::optional<std::int64_t> switches_voluntary;
+  std::optional<std::int64_t> switches_involuntary;
+  std::optional<double> relmse_trim;
+  std::optional<std::int64_t> reference_spp;  ///< estimates per pixel of the reference
 
   friend bool operator==(const RunRow&, const RunRow&) = default;
 };
 
-/// What is said about a cell, the first that applies: Failed, ReferenceLimited, Baseline, then the
-/// others.
+/// What is said about a cell, the first that applies: Failed, Exact, ReferenceLimited, Baseline,
+/// then the others.
 enum class Verdict {
   Baseline,          ///< the ratios' denominator
   Better,            ///< ratio_lo > 1
@@ -82,6 +88,7 @@ enum class Verdict {
   ReferenceLimited,  ///< more than half of the error is the reference's, or the error is not above
                      ///< 0
   Failed,            ///< at least one run failed or was not finite; all numbers are empty
+  Exact,             ///< the image is the reference to the rounding of float: nothing to compare
 };
 
 std::string_view verdict_text(Verdict verdict) noexcept;
@@ -154,6 +161,13 @@ struct EfficiencyRow {
   /// this has the highest efficiency; empty for the others and where there is one.
   std::optional<std::int64_t> best_of;
   int n_contaminated{0};  ///< runs of all attempts whose times are not to be trusted
+  /// From the pictures of the cell's runs (replicates.h); empty where they were not kept.
+  std::optional<double> variance;         ///< between runs: the MSE where there is no bias
+  std::optional<double> bias2;            ///< squared bias, signed
+  std::optional<double> p_eff_runs;       ///< effective pixels by the variance between runs
+  std::optional<double> bias_smallest_p;  ///< over the tiles of three scales, adjusted by Holm
+  std::string bias_tost;  ///< whether the bias of the whole image is inside +-0.5 %: "shown", "not
+                          ///< shown"
 
   friend bool operator==(const EfficiencyRow&, const EfficiencyRow&) = default;
 };

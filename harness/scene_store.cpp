@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "harness/progress.h"
+#include "harness/reference.h"
 #include "scenes/core/scene_file.h"
 
 namespace penumbra {
@@ -31,6 +32,7 @@ LoadedScene load_scene(const SceneConfig& config, int tile, Quantity quantity) {
   loaded.scene = std::make_unique<Scene>(std::move(description));
   loaded.points =
       make_shading_points(*loaded.scene, config.camera_samples, kCameraSeed, tile, quantity);
+  reference_type(loaded);  // throws where the scene does not allow what the config asks for
   return loaded;
 }
 

@@ -32,6 +32,7 @@ std::unique_ptr<Scene> load_scene(const std::filesystem::path& file,
 
 /// Loads one scene of an experiment and makes its shading points.
 /// @param tile  side of a tile [pixels]
+/// @throws InputError when the scene does not allow the reference that the config asks for
 LoadedScene load_scene(const SceneConfig& config, int tile, Quantity quantity);
 
 }  // namespace penumbra

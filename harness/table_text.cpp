@@ -8,13 +8,13 @@
 #include <string_view>
 #include <vector>
 
+#include "harness/metrics.h"
 #include "harness/number_text.h"
 #include "harness/text_grid.h"
 
 namespace penumbra {
 namespace {
 
-constexpr double kShareWarning = 0.05;
 constexpr double kPixelWarning = 200;
 constexpr std::string_view kBudgetTitle = "Budget";
 constexpr std::string_view kPublishedTitle = "published ratio";
@@ -25,7 +25,7 @@ std::string srl_text(const EfficiencyRow& row) {
 }
 
 bool noisy_reference(const EfficiencyRow& row) {
-  return row.reference_share.value_or(0) > kShareWarning;
+  return row.reference_share.value_or(0) > kShareToWarn;
 }
 
 bool few_pixels(const EfficiencyRow& row) {
@@ -48,6 +48,10 @@ std::string eff_text(const EfficiencyRow& row, const TableOptions& options) {
 
 std::string blocks_text(const EfficiencyRow& row) {
   return std::to_string(row.n_blocks) + (row.n_contaminated > 0 ? "c" : "");
+}
+
+std::string share(const std::optional<double>& value) {
+  return value ? number_text(100 * *value) + " %" : "-";
 }
 
 std::string shown_verdict(const EfficiencyRow& row) {
@@ -162,7 +166,7 @@ struct ShownColumn {
 };
 
 // clang-format off
-constexpr std::array<ShownColumn, 22> kShownColumns{{
+constexpr std::array<ShownColumn, 23> kShownColumns{{
     {"Scene", true, true, [](const auto& r, const auto&) { return r.scene; }},
     {"Label", true, true, [](const auto& r, const auto& c) { return label_text(r, c.rows); }},
     {"Sampler", true, true, [](const auto& r, const auto&) { return r.sampler; }},
@@ -173,6 +177,7 @@ constexpr std::array<ShownColumn, 22> kShownColumns{{
     {"Blocks", false, false, [](const auto& r, const auto&) { return blocks_text(r); }},
     {"T_cpu", false, true, [](const auto& r, const auto&) { return seconds_text(r.time_cpu_s); }},
     {"MSE", false, true, [](const auto& r, const auto&) { return error_text(r); }},
+    {"Ref share", false, false, [](const auto& r, const auto&) { return share(r.reference_share); }},
     {"relMSE", false, true, [](const auto& r, const auto&) { return number_text(r.relmse); }},
     {"Eff", false, true, [](const auto& r, const auto& c) { return eff_text(r, c.options); }},
     {"Ratio", false, true, [](const auto& r, const auto&) {

@@ -9,6 +9,10 @@
 /// and the like, and main turns them into a message and a code.
 namespace penumbra {
 
+struct Report;
+class Experiment;
+struct EfficiencyRow;
+
 /// Exit codes of the program (README.md has the table).
 enum ExitCode : int {
   kSuccess = 0,
@@ -40,18 +44,31 @@ struct ReferenceOptions {
   ConfigOptions config;
   std::string scene;  ///< empty: all
   int add_spp{0};
+  bool small{false};  ///< also into references/small/ and its manifest
   std::optional<int> threads;
 };
 int reference_command(const ReferenceOptions& options);
+
+/// Warns of every cell whose error contains too much of its reference's variance, with the command
+/// that lowers it.
+void warn_of_reference_shares(const Experiment& experiment, const std::vector<EfficiencyRow>& rows,
+                              const ConfigOptions& config);
 
 struct RunCommandOptions {
   ConfigOptions config;
   std::filesystem::path out;  ///< empty: results/<config name>
   std::string only;
+  std::string tag;
   std::optional<int> threads;
   std::string command_line;
 };
 int run_command(const RunCommandOptions& options);
+
+/// Makes all tables of a result folder again from its raw rows.
+int report_command(const std::filesystem::path& folder);
+
+/// Prints a report's table, and what was left out.
+void show_report(const Report& report);
 
 struct RenderOptions {
   std::string scene;  ///< name of a shipped scene or a scene file

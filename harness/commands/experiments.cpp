@@ -2,21 +2,22 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "harness/calibration.h"
 #include "harness/commands/commands.h"
 #include "harness/experiment.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
-#include "harness/report_tables.h"
+#include "harness/reference_job.h"
+#include "harness/replicate_files.h"
+#include "harness/report.h"
+#include "harness/statistics.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
 namespace {
-
-ExperimentConfig load(const ConfigOptions& options) {
-  return load_config(options.config, options.overrides);
-}
 
 double megabytes(double bytes) { return bytes / (1024.0 * 1024.0); }
 
@@ -25,6 +26,109 @@ double picture_bytes(const LoadedScene& scene, bool maps) {
   const double pixels = static_cast<double>(scene.points.width) * scene.points.height;
   return pixels * (9.0 + (maps ? static_cast<double>(scene.scene->lights().size()) + 2.0 : 0.0)) *
          4.0;
+}
+
+// A picture's files, per pixel: EXR and PNG are compressed on one core.
+constexpr double kWriting_s = 1.2e-6;
+constexpr double kWritingRun_s = 0.3e-6;
+
+// Of the log ratio of two CPU times in one block, as measured on a shared machine (statistics.md
+// 3.3).
+constexpr double kTimeSd = 0.05;
+
+// The smallest difference to the baseline that the blocks will show, from the pilots' pixels.
+std::string detectable_text(const Experiment& experiment, const std::vector<PlannedCell>& plan,
+                            std::size_t index) {
+  const Cell& cell = experiment.cells()[index];
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    const Cell& other = experiment.cells()[i];
+    const bool is_baseline = other.label == experiment.config().baseline &&
+                             other.scene == cell.scene && other.sampler == cell.sampler &&
+                             other.budget_time == cell.budget_time;
+    if (!is_baseline || i == index || !plan[i].p_eff || !plan[index].p_eff) continue;
+    const auto effect =
+        detectable_effect(*plan[index].p_eff, *plan[i].p_eff, kTimeSd, experiment.config().blocks);
+    return effect ? fmt::format("{:.0f} %", 100.0 * *effect) : "-";
+  }
+  return "-";
+}
+
+void print_cells(const Experiment& experiment, const std::vector<PlannedCell>& plan) {
+  fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10} {:>7} {:>11}\n", "scene", "label", "sampler",
+             "spp", "SRL", "CPU s/run", "P_eff", "detectable");
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    const Cell& cell = experiment.cells()[i];
+    fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10.3f} {:>7} {:>11}\n",
+               experiment.scenes()[cell.scene].config->name, cell.label, to_string(cell.sampler),
+               plan[i].spp, plan[i].srl.text(), plan[i].predicted_s,
+               plan[i].p_eff ? fmt::format("{:.0f}", *plan[i].p_eff) : "-",
+               detectable_text(experiment, plan, i));
+  }
+  fmt::print(
+      "P_eff: pixels that decide the MSE of one small pilot; detectable: smallest difference of "
+      "efficiency to \"{}\"\nthat {} blocks show with 80 % power, for a spread of times of "
+      "{:.0f} %\n",
+      experiment.config().baseline, experiment.config().blocks, 100.0 * kTimeSd);
+}
+
+// Time that the missing samples of a reference take, from one pass of it.
+double reference_s(const LoadedScene& scene, int threads) {
+  const std::optional<Reference> found = find_reference(scene);
+  const bool exact = reference_type(scene) == ReferenceType::ExactSum;
+  const RenderSettings settings = reference_settings(scene, threads);
+  const int wanted = exact ? 2 * settings.spp : scene.config->reference.spp;
+  const int missing = found ? (exact ? 0 : std::max(0, wanted - found->spp)) : wanted;
+  if (missing == 0) return 0.0;
+  return render(*scene.scene, scene.points, settings).time_wall_s * missing / settings.spp;
+}
+
+struct SpentTime {
+  double loading_s{0}, pilots_s{0};
+};
+
+// Of the whole of `penumbra run`, which loads and pilots again.
+void print_prediction(const Experiment& experiment, const std::vector<PlannedCell>& plan,
+                      const SpentTime& spent) {
+  const ExperimentConfig& config = experiment.config();
+  const int threads = resolve_threads(config.threads);
+  double references = 0.0;
+  for (const LoadedScene& scene : experiment.scenes()) references += reference_s(scene, threads);
+  double blocks = 0.0, pictures = 0.0, bytes = 0.0, run_bytes = 0.0;
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    const Cell& cell = experiment.cells()[i];
+    const LoadedScene& scene = experiment.scenes()[cell.scene];
+    const double run_s = plan[i].predicted_s / threads;
+    const double pixels = static_cast<double>(scene.points.width) * scene.points.height;
+    blocks += run_s * config.blocks;
+    if (config.images.runs) {
+      blocks += kWritingRun_s * pixels * config.blocks;
+      run_bytes += config.blocks * run_picture_bytes(scene.points.width, scene.points.height);
+    }
+    if (!has_pictures(config, cell)) continue;
+    pictures += run_s + kWriting_s * pixels;
+    bytes += picture_bytes(scene, config.images.maps);
+  }
+  fmt::print("\n{} cells x {} blocks on {} threads\n", plan.size(), config.blocks, threads);
+  const auto line = [](const char* what, double time_s) {
+    fmt::print("  {:<26} {}\n", what, duration_text(time_s));
+  };
+  line("scenes and shading points", spent.loading_s);
+  line("references", references);
+  line("pilots and plan", spent.pilots_s);
+  line("blocks", blocks);
+  line("pictures", pictures);
+  line("together", spent.loading_s + references + spent.pilots_s + blocks + pictures);
+  fmt::print(
+      "  {:<26} {:.0f} MB of pictures, at most {:.0f} MB of those of single runs (images.runs)\n",
+      "disk", megabytes(bytes), megabytes(run_bytes));
+  for (const LoadedScene& scene : experiment.scenes()) {
+    const std::optional<Reference> found = find_reference(scene);
+    const bool exact = reference_type(scene) == ReferenceType::ExactSum;
+    const std::string wanted =
+        exact ? "summed up exactly" : fmt::format("rendered, {} spp", scene.config->reference.spp);
+    fmt::print("{}\n", found ? describe(scene.config->name, *found)
+                             : "reference of " + scene.config->name + ": to be " + wanted);
+  }
 }
 
 // Says which cells did not take the time they were given: their errors are not at equal time, their
@@ -43,7 +147,7 @@ void warn_of_missed_budgets(const ExperimentConfig& config,
 }  // namespace
 
 int validate_command(const ConfigOptions& options) {
-  const ExperimentConfig config = load(options);
+  const ExperimentConfig config = load_config(options.config, options.overrides);
   const Experiment experiment(config, {});
   fmt::print("{}: valid: {} scenes, {} cells, {} blocks\n", options.config.string(),
              config.scenes.size(), experiment.cells().size(), config.blocks);
@@ -51,65 +155,41 @@ int validate_command(const ConfigOptions& options) {
 }
 
 int plan_command(const ConfigOptions& options) {
-  const Experiment experiment(load(options), {});
-  const ExperimentConfig& config = experiment.config();
-  const std::vector<Cell>& cells = experiment.cells();
-  const std::vector<PlannedCell> plan = run_pilots(config, experiment.scenes(), cells);
-  const double threads = resolve_threads(config.threads);
-  fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10}\n", "scene", "label", "sampler", "spp", "SRL",
-             "CPU s/run");
-  double total = 0.0;
-  double bytes = 0.0;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const LoadedScene& scene = experiment.scenes()[cells[i].scene];
-    fmt::print("{:<14} {:<24} {:<12} {:>5} {:>8} {:>10.3f}\n", scene.config->name, cells[i].label,
-               to_string(cells[i].sampler), plan[i].spp, plan[i].srl.text(), plan[i].predicted_s);
-    total += plan[i].predicted_s * config.blocks / threads;
-    bytes += picture_bytes(scene, config.images.maps);
-  }
-  fmt::print("\n{} cells x {} blocks: {} for the blocks on {} threads, {:.0f} MB of pictures\n",
-             cells.size(), config.blocks, duration_text(total), threads, megabytes(bytes));
-  for (const LoadedScene& scene : experiment.scenes()) {
-    const std::string id = reference_id(scene);
-    const auto file = find_reference_file(scene.scene->name(), id);
-    fmt::print("reference of {}: {}\n", scene.config->name,
-               file ? file->string()
-                    : "to be rendered, " + std::to_string(scene.config->reference.spp) + " spp");
-  }
-  return kSuccess;
-}
-
-int reference_command(const ReferenceOptions& options) {
-  ExperimentConfig config = load(options.config);
-  const int threads = resolve_threads(options.threads.value_or(config.threads));
-  bool found = options.scene.empty();
-  for (const SceneConfig& scene_config : config.scenes) {
-    if (!options.scene.empty() && scene_config.name != options.scene) continue;
-    found = true;
-    const LoadedScene scene = load_scene(scene_config, config.tile, config.quantity);
-    const Reference reference = provide_reference(scene, threads, options.add_spp);
-    const ReferenceNoise noise = reference_noise(reference.halves());
-    fmt::print("{}: {} spp, mean {:.6g}, standard error per pixel {:.3g}\n",
-               reference.file.string(), reference.spp, noise.mean, std::sqrt(noise.variance));
-  }
-  if (!found) throw InputError("the config has no scene \"" + options.scene + "\"");
+  const Stopwatch loading;
+  const Experiment experiment(load_config(options.config, options.overrides), {});
+  const double loading_s = loading.wall_s();
+  const Stopwatch piloting;
+  const std::vector<PlannedCell> plan =
+      run_pilots(experiment.config(), experiment.scenes(), experiment.cells(), true);
+  const double pilots_s = experiment.config().budget ? piloting.wall_s() : 0.0;
+  print_cells(experiment, plan);
+  print_prediction(experiment, plan, {loading_s, pilots_s});
   return kSuccess;
 }
 
 int run_command(const RunCommandOptions& options) {
   handle_interrupts();
-  ExperimentConfig config = load(options.config);
+  ExperimentConfig config = load_config(options.config.config, options.config.overrides);
   if (options.threads) config.threads = *options.threads;
   RunOptions run_options;
   run_options.out = options.out.empty() ? project_root() / "results" / config.name : options.out;
   run_options.only = options.only;
+  run_options.tag = options.tag;
   run_options.command_line = options.command_line;
   Experiment experiment(std::move(config), run_options);
   const RunOutcome outcome = experiment.run();
 
-  const ReportTables tables = experiment.tables();
-  fmt::print("{}", to_terminal(tables));
-  warn_of_missed_budgets(experiment.config(), tables.efficiency);
+  const Report report = make_report(run_options.out);
+  write_tables(run_options.out, report.tables);
+  show_report(report);
+  warn_of_missed_budgets(experiment.config(), report.tables.efficiency);
+  warn_of_reference_shares(experiment, report.tables.efficiency, options.config);
+  if (outcome.rows_contaminated > 0) {
+    warn(
+        fmt::format("{} runs were disturbed by other work on the machine in all {} attempts; the "
+                    "column \"contaminated\" of measurements.csv says how",
+                    outcome.rows_contaminated, experiment.config().attempts));
+  }
   fmt::print("\n{} runs measured, {} found in {}\n", outcome.rows_measured, outcome.rows_found,
              run_options.out.string());
   double total = 0.0;

@@ -92,7 +92,9 @@ Json metrics_json() {
                     {"label", metric.label},
                     {"unit", metric.unit},
                     {"formula", metric.formula},
-                    {"lower_is_better", metric.lower_is_better}});
+                    {"epsilon", metric.epsilon},
+                    {"lower_is_better", metric.lower_is_better},
+                    {"diagnostic", metric.diagnostic}});
   }
   return list;
 }
@@ -124,8 +126,16 @@ int list_command(const ListOptions& options) {
   if (all || options.what == "metrics") {
     if (all) fmt::print("METRICS\n");
     for (const MetricInfo& metric : metric_table()) {
-      fmt::print("{:<16} [{}] {}\n", metric.name, metric.unit, metric.formula);
+      fmt::print("{:<16} {}\n{:17}{}{}; [{}], {} is better{}\n", metric.name, metric.label, "",
+                 metric.formula,
+                 metric.epsilon.empty() ? "" : fmt::format("; eps = {}", metric.epsilon),
+                 metric.unit, metric.lower_is_better ? "lower" : "higher",
+                 metric.diagnostic ? "; diagnostic, decides no verdict" : "");
     }
+    fmt::print(
+        "x the image, A and B the halves of the reference, r = (A+B)/2. FLIP is not among them: no "
+        "maintained implementation is packaged for Debian; measure the EXR files of runs/ with its "
+        "authors' tool.\n");
   }
   return kSuccess;
 }

@@ -64,24 +64,20 @@ class CommandLine : public testing::Test {
   /// Starts a run, sends it a signal once `rows` rows are on disk, and waits for its end.
   int run_and_signal(const std::string& config, const fs::path& out, std::size_t rows,
                      int signal) const {
-    std::fflush(nullptr);  // or the child prints what is buffered once more
-    const pid_t child = fork();
-    if (child == 0) {
-      if (std::freopen("/dev/null", "w", stdout) == nullptr ||
-          std::freopen("/dev/null", "w", stderr) == nullptr || chdir(root_.c_str()) != 0) {
-        _exit(99);
-      }
-      execl(PENUMBRA_EXECUTABLE, PENUMBRA_EXECUTABLE, "run", config.c_str(), "--out", out.c_str(),
-            nullptr);
-      _exit(99);
-    }
+    const pid_t child = start_run(config, out);
     for (int i = 0; i < 6000 && line_count(out / "measurements.csv") < rows + 1; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     kill(child, signal);
-    int status = 0;
-    waitpid(child, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    return wait_for(child);
+  }
+
+  /// Starts a run and kills it after a time.
+  int run_and_kill(const std::string& config, const fs::path& out, int delay_ms) const {
+    const pid_t child = start_run(config, out);
+    std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+    kill(child, SIGKILL);
+    return wait_for(child);
   }
 
   /// Number of line ends in a file.
@@ -105,6 +101,27 @@ class CommandLine : public testing::Test {
   }
 
   fs::path root_;  ///< of the project, removed after the test
+
+ private:
+  pid_t start_run(const std::string& config, const fs::path& out) const {
+    std::fflush(nullptr);  // or the child prints what is buffered once more
+    const pid_t child = fork();
+    if (child != 0) return child;
+    if (std::freopen("/dev/null", "w", stdout) == nullptr ||
+        std::freopen("/dev/null", "w", stderr) == nullptr || chdir(root_.c_str()) != 0) {
+      _exit(99);
+    }
+    execl(PENUMBRA_EXECUTABLE, PENUMBRA_EXECUTABLE, "run", config.c_str(), "--out", out.c_str(),
+          nullptr);
+    _exit(99);
+  }
+
+  /// @return the exit code, or 128 + the signal
+  static int wait_for(pid_t child) {
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
 };
 
 }  // namespace penumbra

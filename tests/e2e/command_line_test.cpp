@@ -4,6 +4,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "harness/csv.h"
 #include "harness/exr.h"
@@ -21,6 +22,10 @@ std::map<std::string, std::string> timeless_rows(const fs::path& file) {
     row.time_cpu_s.reset();
     row.time_prepare_s.reset();
     row.instructions.reset();
+    row.load_average.reset();
+    row.steal_share.reset();
+    row.switches_voluntary.reset();
+    row.switches_involuntary.reset();
     result[row.run_id] = csv_line(run_record(row));
   }
   return result;
@@ -100,12 +105,23 @@ TEST_F(CommandLine, SecondCallOfRunMeasuresNothing) {
   EXPECT_EQ(read_text(root_ / "out/measurements.csv"), before);
 }
 
-TEST_F(CommandLine, KilledRunResumesToTheRowsOfAnUninterruptedOne) {
-  const std::string config = smoke_config("12");
+TEST_F(CommandLine, RunKilledTwentyTimesResumesToTheRowsOfAnUninterruptedOne) {
+  const std::string config = smoke_config("24");
   ASSERT_EQ(run("run smoke.json --out whole").code, 0);
-  EXPECT_EQ(run_and_signal(config, root_ / "killed", 5, SIGKILL), 128 + SIGKILL);
-  ASSERT_LT(line_count(root_ / "killed/measurements.csv"), 4u * 12u + 1u)
-      << "the kill came too late";
+  // The first kills hit the reference and the plan, the others the blocks.
+  fs::rename(root_ / "references", root_ / "references of whole");
+  fs::create_directory(root_ / "references");
+  std::mt19937 generator(20);
+  int killed = 0;
+  while (killed < 20) {
+    const int delay_ms = killed < 5 ? std::uniform_int_distribution<int>(2, 60)(generator)
+                                    : std::uniform_int_distribution<int>(20, 120)(generator);
+    const int code = run_and_kill(config, root_ / "killed", delay_ms);
+    ASSERT_TRUE(code == 128 + SIGKILL || code == 0) << code;
+    if (code == 0) break;
+    ++killed;
+  }
+  EXPECT_EQ(killed, 20) << "the run ended before the last kill: more blocks are needed";
   // A kill in the middle of a write leaves half a line.
   std::ofstream(root_ / "killed/measurements.csv", std::ios::app) << "0123,checkerboard,MI";
   const Outcome resumed = run("run smoke.json --out killed");
@@ -122,11 +138,58 @@ TEST_F(CommandLine, InterruptEndsAfterTheRunUnderWayWithCode130) {
   EXPECT_LT(rows.rows.size(), 4u * 60u);
 }
 
-TEST_F(CommandLine, RunRefusesAFolderOfAnotherConfig) {
-  ASSERT_EQ(run("run configs/smoke.json --out out").code, 0);
-  const Outcome other = run("run configs/smoke.json --out out --set seed=8");
+TEST_F(CommandLine, RunRefusesAFolderOfAnotherExperiment) {
+  ASSERT_EQ(run("run configs/smoke.json --out out --set blocks=1").code, 0);
+  const std::string rows = read_text(root_ / "out/measurements.csv");
+  const Outcome other = run("run configs/smoke.json --out out --set name=other");
   EXPECT_EQ(other.code, 2);
-  EXPECT_NE(other.output.find("another config"), std::string::npos) << other.output;
+  EXPECT_NE(other.output.find("another experiment, \"smoke\""), std::string::npos) << other.output;
+  EXPECT_EQ(read_text(root_ / "out/measurements.csv"), rows);
+}
+
+TEST_F(CommandLine, ChangedConfigMeasuresOnlyWhatIsNew) {
+  ASSERT_EQ(run("run configs/smoke.json --out out").code, 0);
+  const Outcome changed =
+      run("run configs/smoke.json --out out --set methods.PMC-HI.srl=2-6 --set blocks=4");
+  ASSERT_EQ(changed.code, 0) << changed.output;
+  // MIS keeps 2 samplers x 3 blocks and gets a fourth; PMC-HI is another cell.
+  EXPECT_NE(changed.output.find("10 runs measured, 6 found"), std::string::npos) << changed.output;
+  EXPECT_NE(changed.output.find("6 rows are of cells that the config no longer has"),
+            std::string::npos)
+      << changed.output;
+  EXPECT_EQ(read_run_rows(root_ / "out/measurements.csv").rows.size(), 22u);
+  EXPECT_EQ(read_efficiency_rows(root_ / "out/efficiency.csv").size(), 4u);
+}
+
+TEST_F(CommandLine, ReportMakesTheSameTablesAgain) {
+  ASSERT_EQ(run("run configs/smoke.json --out out").code, 0);
+  const std::string csv = read_text(root_ / "out/efficiency.csv");
+  const std::string markdown = read_text(root_ / "out/efficiency.md");
+  fs::remove(root_ / "out/efficiency.csv");
+  fs::remove(root_ / "out/efficiency.md");
+  const Outcome outcome = run("report out");
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  EXPECT_EQ(read_text(root_ / "out/efficiency.csv"), csv);
+  EXPECT_EQ(read_text(root_ / "out/efficiency.md"), markdown);
+  EXPECT_EQ(run("report scenes").code, 2);
+}
+
+TEST_F(CommandLine, TagSelectsMethods) {
+  const std::string set = " --set 'methods.MIS.tags=[\"plain\"]' --set blocks=1";
+  const Outcome outcome = run("run configs/smoke.json --out out --tag plain" + set);
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  EXPECT_NE(outcome.output.find("2 runs measured"), std::string::npos) << outcome.output;
+  EXPECT_EQ(run("run configs/smoke.json --out out --tag plan" + set).code, 2);
+}
+
+TEST_F(CommandLine, EveryCallIsASessionOfTheEnvironment) {
+  ASSERT_EQ(run("run configs/smoke.json --out out --set blocks=1").code, 0);
+  ASSERT_EQ(run("run configs/smoke.json --out out --set blocks=2").code, 0);
+  const nlohmann::json environment =
+      nlohmann::json::parse(read_text(root_ / "out/environment.json"));
+  ASSERT_EQ(environment["sessions"].size(), 2u);
+  EXPECT_NE(environment["sessions"][0]["command_line"], environment["sessions"][1]["command_line"]);
+  EXPECT_FALSE(environment["config_hash"].get<std::string>().empty());
 }
 
 TEST_F(CommandLine, ValidateReportsFiveMistakesWithTheirPlaces) {

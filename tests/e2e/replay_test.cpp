@@ -48,7 +48,7 @@ class Replay : public CommandLine {
   fs::path picture_of(const RunRow& row) const {
     for (const fs::directory_entry& entry : fs::directory_iterator(root_ / "out/images")) {
       const std::string name = entry.path().filename().string();
-      if (entry.path().extension() == ".exr" &&
+      if (entry.path().extension() == ".exr" && !name.ends_with("-stddev.exr") &&
           name.find(row.cell.substr(0, 6)) != std::string::npos) {
         return entry.path();
       }

@@ -80,6 +80,16 @@ TEST(Welch, ExactSideHasNoVarianceOfItsOwn) {
   EXPECT_NEAR(test.p, 0.5, 1e-14);
 }
 
+TEST(Welch, MeansKnownWithTheirUncertaintyCountAsASide) {
+  // As against {4, 6, 8}: mean 6, variance of the mean 4/3 with 2 degrees of freedom.
+  const std::vector<MeanEstimate> b{{6.0, 4.0 / 3.0, 2.0}};
+  const BiasTestResult given = bias_test(numbers({1, 2, 3, 4, 5}), b);
+  const BiasTestResult sampled = bias_test(numbers({1, 2, 3, 4, 5}), numbers({4, 6, 8}));
+  EXPECT_DOUBLE_EQ(given.smallest_p, sampled.smallest_p);
+  EXPECT_DOUBLE_EQ(given.worst_tile().test.degrees_of_freedom, 484.0 / 137.0);
+  EXPECT_DOUBLE_EQ(given.relative_bias->interval.hi, sampled.relative_bias->interval.hi);
+}
+
 TEST(Welch, WithoutVarianceTheAnswerIsCertain) {
   const BiasTestResult equal = bias_test(numbers({2, 2}), numbers({2, 2, 2}));
   EXPECT_EQ(equal.worst_tile().test.p, 1.0);
@@ -177,6 +187,8 @@ TEST(BiasTestErrors, NameWhatWasFoundAndWhatIsAllowed) {
   other.add(std::vector<Vec3d>(128));
   other.add(std::vector<Vec3d>(128));
   EXPECT_THROW(bias_test(other, numbers({1, 2})), InputError);
+  EXPECT_THROW(bias_test(numbers({1, 2}), std::vector<MeanEstimate>(2)), InputError);
+  EXPECT_THROW(bias_test(numbers({1}), std::vector<MeanEstimate>(1)), InputError);
   BiasTestOptions options;
   options.level = 1;
   EXPECT_THROW(bias_test(numbers({1, 2}), numbers({1, 2}), options), InputError);

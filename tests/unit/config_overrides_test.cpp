@@ -23,7 +23,7 @@ TEST_F(ConfigOverrides, SetReplacesAddsAndAddresses) {
   EXPECT_EQ(config.scenes[0].reference.spp, 128);
   EXPECT_EQ(config.methods[0].srl[0].text(), "8");
   EXPECT_EQ(config.methods[1].srl[0].text(), "2-6");
-  EXPECT_EQ(config.budget->time_cpu_s, 3.0);
+  EXPECT_EQ(config.budget->times, std::vector<double>{3.0});
   EXPECT_EQ(config.methods[0].params.at("heuristic"),
             std::vector<ParamValue>{std::string("power2")});
 }

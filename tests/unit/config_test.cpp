@@ -35,6 +35,8 @@ TEST_F(Config, FillsInDefaults) {
   EXPECT_EQ(config.samplers, std::vector<std::string>{"independent"});
   EXPECT_EQ(config.scenes[0].camera_samples, 4);
   EXPECT_EQ(config.scenes[0].reference.estimator, "mis");
+  EXPECT_EQ(config.scenes[0].reference.type, ReferenceType::Auto);
+  EXPECT_TRUE(config.images.runs);
   EXPECT_FALSE(config.budget.has_value());
 }
 
@@ -61,6 +63,29 @@ TEST_F(Config, ResolvedConfigStatesDefaults) {
   EXPECT_EQ(resolved["methods"][0]["params"]["heuristic"], "balance");
   EXPECT_EQ(resolved["scenes"][0]["file"], "scenes/checkerboard/scene.json");
   EXPECT_EQ(resolved["images"]["exposure"], 0.0);
+}
+
+TEST_F(Config, TypeOfTheReferenceAndPicturesOfRunsReadBack) {
+  json given = small_config();
+  given["images"] = {{"runs", false}};
+  for (const ReferenceType type :
+       {ReferenceType::Auto, ReferenceType::Sampled, ReferenceType::ExactSum}) {
+    given["scenes"][0]["reference"] = {{"type", to_string(type)}};
+    const ExperimentConfig config = load(given);
+    EXPECT_EQ(config.scenes[0].reference.type, type);
+    EXPECT_FALSE(config.images.runs);
+    const json resolved = json::parse(config.resolved_json);
+    EXPECT_EQ(resolved["scenes"][0]["reference"]["type"], to_string(type));
+    EXPECT_EQ(resolved["images"]["runs"], false);
+  }
+}
+
+TEST_F(Config, RefusesAnUnknownTypeOfReference) {
+  json given = small_config();
+  given["scenes"][0]["reference"] = {{"type", "exact-sum"}};
+  const std::string faults = faults_of(given);
+  EXPECT_NE(faults.find("error: /scenes/0/reference/type: "), std::string::npos) << faults;
+  EXPECT_NE(faults.find("exact_sum"), std::string::npos) << "lists what is allowed: " << faults;
 }
 
 TEST_F(Config, RefusesAnUnknownQuantity) {
@@ -170,7 +195,7 @@ TEST_F(Config, RefusesABaselineThatIsNoLabel) {
 TEST_F(Config, RefusesATunedBaselineWithoutItsOwnSampler) {
   json config = small_config();
   config["tuned_baseline"] = "MIS";
-  expect_fault(config, "/tuned_baseline", "method \"MIS\" must name its sampler");
+  expect_fault(config, "/tuned_baseline", "method \"MIS\" must name one sampler");
 }
 
 TEST_F(Config, ListsTheScenesThatExist) {

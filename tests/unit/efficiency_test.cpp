@@ -158,6 +158,36 @@ TEST(EfficiencyTable, ErrorOwedToTheReferenceIsNotMadeAnEfficiency) {
   EXPECT_EQ(below.note, "below reference noise");
 }
 
+TEST(EfficiencyTable, ImageThatEqualsItsReferenceIsExactNotReferenceLimited) {
+  // No error at all, and one that the rounding of float explains.
+  for (const double mse : {0.0, 1e-13}) {
+    std::vector<RunRow> rows = two_methods();
+    for (RunRow& row : rows) {
+      if (row.label != "mis") continue;
+      row.mse = row.mse_naive = mse;
+      row.mean_error = 0;
+      row.p_eff.reset();
+    }
+    const std::vector<EfficiencyRow> table = efficiency_table(rows, options());
+    const EfficiencyRow exact = find(table, "mis");
+    EXPECT_EQ(exact.verdict, Verdict::Exact);
+    EXPECT_EQ(exact.note, "exact: equal to the reference, nothing to compare");
+    EXPECT_EQ(exact.err, mse);
+    EXPECT_TRUE(exact.time_cpu_s.has_value());
+    for (const auto& value : {exact.eff, exact.eff_cpu, exact.eff_rays, exact.ratio}) {
+      EXPECT_FALSE(value.has_value());
+    }
+    EXPECT_EQ(find(table, "pmc").note, "ratio: baseline mis has no efficiency");
+    EXPECT_NE(to_markdown(table, options()).find("| exact "), std::string::npos);
+  }
+}
+
+TEST(EfficiencyTable, SmallErrorAboveRoundingIsNotExact) {
+  std::vector<RunRow> rows = two_methods();  // the reference's mean is 2
+  for (RunRow& row : rows) row.mse = row.mse_naive = 1e-10 * *row.mse;
+  EXPECT_EQ(find(efficiency_table(rows, options()), "pmc").verdict, Verdict::Better);
+}
+
 TEST(EfficiencyTable, ReferenceFloorWidensTheIntervals) {
   std::vector<RunRow> rows = two_methods();
   const EfficiencyRow before = find(efficiency_table(rows, options()), "pmc");

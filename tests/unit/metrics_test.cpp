@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <random>
 #include <set>
@@ -138,6 +139,85 @@ TEST(EffectivePixels, OneRenderUsesTheGaussianFourthMoment) {
 TEST(EffectivePixels, ManyReplicatesGiveTheDefinitionItself) {
   // (1+3)^2 / (1+9); corrections are of order 1/nu.
   EXPECT_NEAR(effective_pixels(std::vector<double>{1, 3}, 1e12).value(), 1.6, 1e-10);
+}
+
+// Two hundred pixels of reference 1 with errors of 0.1, but for three of 2, 3 and 1.
+TEST(ImageMetrics, TrimmedRelmseLeavesOutTheWorstHundredthOfThePixels) {
+  const std::vector<Rgb> reference(200, Rgb(1.0f));
+  std::vector<Rgb> image(200, Rgb(1.125f));
+  image[7] = Rgb(3.0f);
+  image[50] = Rgb(4.0f);
+  image[199] = Rgb(2.0f);
+  const ImageMetrics m = image_metrics(image, {reference, reference}, 0.25);
+  EXPECT_NEAR(m.relmse.value(), (197.0 / 64.0 + 4.0 + 9.0 + 1.0) / 1.25 / 200.0, 1e-13);
+  EXPECT_NEAR(m.relmse_trim.value(), (197.0 / 64.0 + 1.0) / 1.25 / 198.0, 1e-13);
+}
+
+TEST(ImageMetrics, TrimmingLooksAtTheErrorAgainstTheMeanAndAveragesTheDebiasedOne) {
+  // Halves 0 and 2 everywhere, mean 1, 100 pixels. One pixel has x = 4: naive 9, debiased 4 x 2 =
+  // 8; the others x = 1: naive 0, debiased -1.
+  const std::vector<Rgb> half_a(100, Rgb(0.0f));
+  const std::vector<Rgb> half_b(100, Rgb(2.0f));
+  std::vector<Rgb> image(100, Rgb(1.0f));
+  image[31] = Rgb(4.0f);
+  const ImageMetrics m = image_metrics(image, {half_a, half_b}, 1.0);
+  EXPECT_DOUBLE_EQ(m.relmse_trim.value(), -1.0 / 2.0);
+}
+
+TEST(ImageMetrics, FewerThanAHundredPixelsAreNotTrimmed) {
+  const std::vector<Rgb> reference(99, Rgb(1.0f));
+  std::vector<Rgb> image(99, Rgb(1.0f));
+  image[3] = Rgb(2.0f);
+  const ImageMetrics m = image_metrics(image, {reference, reference}, 0.25);
+  EXPECT_DOUBLE_EQ(m.relmse_trim.value(), m.relmse.value());
+}
+
+/// Every metric of kImage against kHalfA and kHalfB, worked out by hand in exact fractions. rbar is
+/// .5 1.5 1.5 | 5 4 5 with mean 35/12.
+std::map<std::string_view, double> by_hand() {
+  const double m = 35.0 / 12.0;
+  const double eps = kEpsilon * m * m;
+  const double relmse = (2.0 / (2.25 + eps) + 1.0 / (16.0 + eps)) / 6.0;  // products 0 0 2 | 0 1 0
+  const double delta = 0.01 * m;
+  // Squared errors per pixel, mean over channels: (.25 + .25 + 2.25)/3 and 1.
+  const double v0 = 2.75 / 3.0;
+  return {{"mse", 0.5},
+          {"mse_naive", 5.75 / 6.0},
+          {"rmse", std::sqrt(0.5)},
+          {"relmse", relmse},
+          {"relmse_trim", relmse},  // two pixels: none is trimmed
+          {"mape", (0.5 / (0.5 + delta) + 0.5 / (1.5 + delta) + 1.5 / (1.5 + delta) +
+                    2.0 / (5.0 + delta) + 1.0 / (4.0 + delta)) /
+                       6.0},
+          {"mean_error", 3.5 / 6.0},
+          {"p_eff", 3.0 * (v0 + 1.0) * (v0 + 1.0) / (v0 * v0 + 1.0) - 2.0},
+          {"reference_share", 11.0 / 12.0}};
+}
+
+TEST(MetricTable, EveryMetricEqualsItsValueByHand) {
+  const ImageMetrics metrics = image_metrics(kImage, {kHalfA, kHalfB}, kEpsilon);
+  std::map<std::string_view, double> expected = by_hand();
+  for (const MetricInfo& metric : metric_table()) {
+    const auto found = expected.find(metric.name);
+    ASSERT_NE(found, expected.end()) << metric.name << " has no case computed by hand";
+    EXPECT_NEAR(metric.value(metrics).value(), found->second, 1e-14 * std::abs(found->second))
+        << metric.name << " = " << metric.formula;
+    expected.erase(found);
+  }
+  EXPECT_TRUE(expected.empty()) << expected.begin()->first << " is not in the table";
+}
+
+TEST(MetricTable, EpsilonIsStatedWhereTheFormulaHasOne) {
+  for (const MetricInfo& metric : metric_table()) {
+    const bool in_formula = metric.formula.find("eps") != std::string_view::npos;
+    EXPECT_EQ(in_formula, !metric.epsilon.empty()) << metric.name;
+  }
+}
+
+TEST(MetricTable, TrimmedMetricsDecideNothing) {
+  EXPECT_TRUE(find_metric("relmse_trim")->diagnostic);
+  EXPECT_FALSE(find_metric("mse")->diagnostic);
+  EXPECT_FALSE(find_metric("relmse")->diagnostic);
 }
 
 TEST(MetricTable, NamesAreUniqueAndFound) {

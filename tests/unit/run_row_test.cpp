@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "harness/metrics.h"
+#include "harness/metric_columns.h"
 #include "harness/table_text.h"
 #include "scenes/core/error.h"
 #include "tests/unit/run_row_fixture.h"
@@ -32,7 +32,8 @@ TEST(RunColumns, AreThoseOfTheDesignInItsOrder) {
             "rays, time_wall_s, time_cpu_s, time_prepare_s, instructions, mse, mse_naive, relmse, "
             "mape, mean_error, p_eff, reference_id, reference_share, nonfinite, status, cell, "
             "params, camera_samples, samples, order, failure, reference_mean, reference_mean_se, "
-            "reference_floor, image_hash, geometry, attempt, contaminated");
+            "reference_floor, image_hash, geometry, attempt, contaminated, load_average, "
+            "steal_share, switches_voluntary, switches_involuntary, relmse_trim, reference_spp");
 }
 
 TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
@@ -44,7 +45,8 @@ TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
             "srl_adaptive, note, ratio_published, geometry, ratio_wall, ratio_wall_lo, "
             "ratio_wall_hi, ratio_rays, ratio_rays_lo, ratio_rays_hi, ratio_instructions, "
             "ratio_instructions_lo, ratio_instructions_hi, ratio_blocks, log_ratio_se, detectable, "
-            "ratio_tuned_blocks, log_ratio_tuned_se, bias_p_holm, best_of, n_contaminated");
+            "ratio_tuned_blocks, log_ratio_tuned_se, bias_p_holm, best_of, n_contaminated, variance, "
+            "bias2, p_eff_runs, bias_smallest_p, bias_tost");
 }
 
 TEST(RunColumns, HoldEveryMetricButTheRoot) {
@@ -53,6 +55,30 @@ TEST(RunColumns, HoldEveryMetricButTheRoot) {
     const bool present = std::find(columns.begin(), columns.end(), metric.name) != columns.end();
     EXPECT_EQ(present, metric.name != "rmse") << metric.name;
   }
+}
+
+TEST(RunColumns, AreFilledFromTheTableOfMetrics) {
+  const std::vector<Rgb> image{{1, 2, 3}, {4, 5, 6}};
+  const std::vector<Rgb> half_a{{1, 1, 1}, {4, 4, 4}};
+  const std::vector<Rgb> half_b{{0, 2, 2}, {6, 4, 6}};
+  const ImageMetrics metrics = image_metrics(image, {half_a, half_b}, 0.01);
+  RunRow row;
+  record_metrics(metrics, row);
+  const CsvRecord columns = run_columns();
+  const CsvRecord record = run_record(row);
+  int written = 0;
+  for (const MetricInfo& metric : metric_table()) {
+    const auto place = std::find(columns.begin(), columns.end(), metric.name);
+    if (place == columns.end()) continue;
+    const double expected = metric.value(metrics).value();
+    EXPECT_EQ(record[static_cast<std::size_t>(place - columns.begin())], csv_text(expected))
+        << metric.name;
+    ++written;
+  }
+  EXPECT_EQ(written, 8);
+  EXPECT_EQ(row.reference_mean, metrics.reference.mean);
+  EXPECT_EQ(row.reference_mean_se, metrics.reference.mean_se);
+  EXPECT_EQ(row.reference_floor, metrics.reference.floor);
 }
 
 class TableFile : public testing::Test {
@@ -128,11 +154,10 @@ TEST_F(TableFile, MissingAndUnknownColumnsAreNamed) {
 TEST_F(TableFile, ColumnThatOlderFilesLackIsEmpty) {
   CsvRecord names = run_columns();
   CsvRecord record = run_record(run("mis", 2, 0.5, 0.25));
-  for (const char* const later : {"contaminated", "attempt", "geometry", "image_hash"}) {
-    ASSERT_EQ(names.back(), later);
-    names.pop_back();
-    record.pop_back();
-  }
+  const auto later = std::find(names.begin(), names.end(), "image_hash");
+  ASSERT_NE(later, names.end());
+  record.resize(static_cast<std::size_t>(later - names.begin()));
+  names.erase(later, names.end());
   put(csv_line(names) + csv_line(record));
   EXPECT_EQ(read_run_rows(file_).rows.at(0), run("mis", 2, 0.5, 0.25));
 }

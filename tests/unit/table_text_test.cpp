@@ -61,6 +61,8 @@ TEST(Markdown, DoubtfulErrorsAreMarkedAndExplained) {
   }
   const std::string text = to_markdown(efficiency_table(rows, options()), options());
   EXPECT_TRUE(contains(text, "rp |")) << text;
+  EXPECT_TRUE(contains(text, "| Ref share |")) << text;
+  EXPECT_TRUE(contains(text, "|    10.0 % |")) << text;
   EXPECT_TRUE(contains(text, "more than 5 %")) << text;
   EXPECT_TRUE(contains(text, "fewer than 200 effective pixels")) << text;
 }

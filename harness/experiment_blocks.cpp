@@ -1,0 +1,168 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <random>
+#include <set>
+
+#include "harness/experiment.h"
+#include "harness/keys.h"
+#include "harness/metric_columns.h"
+#include "harness/metrics.h"
+#include "harness/progress.h"
+#include "harness/render.h"
+#include "harness/replicate_files.h"
+#include "harness/row_log.h"
+#include "harness/run_conditions.h"
+#include "harness/shell_words.h"
+
+/// The part of Experiment that measures: blocks of runs, one appended row each.
+namespace penumbra {
+namespace {
+
+// In a unit that is proportional to time.
+double work_of(const Cell& cell) { return cell.budget_s.value_or(1.0); }
+
+}  // namespace
+
+// A random order for every pair of blocks, run forwards and then backwards: A B C, C B A.
+std::vector<std::size_t> Experiment::block_order(int block) const {
+  std::vector<std::size_t> order(cells_.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::mt19937_64 generator(
+      hash_texts({"order", std::to_string(config_.seed), std::to_string(block / 2)}));
+  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[generator() % i]);
+  if (block % 2 == 1) std::reverse(order.begin(), order.end());
+  return order;
+}
+
+void Experiment::run_blocks(RunOutcome& outcome) {
+  RowLog log(options_.out / "measurements.csv", config_.attempts);
+  std::set<std::string> current;
+  for (const Cell& cell : expand_cells(config_, scenes_)) current.insert(cell.id);
+  outcome.rows_stale = static_cast<int>(log.count_other_than(current));
+  double work = 0;
+  for (const Cell& cell : cells_) {
+    for (int block = 0; block < config_.blocks; ++block) {
+      const bool done = !log.next_attempt(cell, block);
+      outcome.rows_found += done ? 1 : 0;
+      work += done ? 0 : work_of(cell);
+    }
+  }
+  Progress progress("blocks", work);
+  double done = 0;
+  for (int block = 0; block < config_.blocks && !outcome.interrupted; ++block) {
+    int order = 0;
+    // Those whose time was disturbed are tried again when the block is through.
+    for (int attempt = 0; attempt < config_.attempts; ++attempt) {
+      for (const std::size_t c : block_order(block)) {
+        const Cell& cell = cells_[c];
+        if (log.next_attempt(cell, block) != attempt) continue;
+        if (interrupted()) {
+          outcome.interrupted = true;
+          return;
+        }
+        warm_up(cell);
+        log.append(measure(cell, block, order++, attempt));
+        ++outcome.rows_measured;
+        if (attempt == 0) done += work_of(cell);
+        progress.update(done, cell.label);
+      }
+    }
+  }
+  if (outcome.rows_measured > 0) progress.finish();
+  for (const Cell& cell : cells_) {
+    for (int block = 0; block < config_.blocks; ++block) {
+      const RunRow& row = log.last_row(cell, block);
+      outcome.rows_failed += row.status == RunStatus::Failed ? 1 : 0;
+      outcome.rows_contaminated += row.contaminated.empty() ? 0 : 1;
+    }
+  }
+}
+
+// One discarded run: caches, thread pool, clock frequency.
+void Experiment::warm_up(const Cell& cell) {
+  if (warm_) return;
+  render(*scenes_[cell.scene].scene, scenes_[cell.scene].points,
+         render_settings(cell, run_seed(config_, cell, -1), threads_));
+  warm_ = true;
+}
+
+RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) {
+  const LoadedScene& scene = scenes_[cell.scene];
+  const Reference& reference = *references_[cell.scene];
+  RunRow row;
+  row.run_id = run_id(cell, block, attempt);
+  row.attempt = attempt;
+  row.scene = scene.config->name;
+  row.label = cell.label;
+  row.estimator = std::string(cell.estimator->name);
+  row.sampler = std::string(to_string(cell.sampler));
+  row.spp = cell.spp;
+  row.srl = cell.srl.total();
+  row.srl_initial = cell.srl.initial;
+  row.srl_adaptive = cell.srl.adaptive;
+  if (cell.params.values().count("population") != 0)
+    row.population = cell.params.integer("population");
+  row.budget_s = cell.budget_s;
+  row.block = block;
+  row.seed = run_seed(config_, cell, block);
+  row.geometry = scene.scene->traits().geometry;
+  row.width = scene.points.width;
+  row.height = scene.points.height;
+  row.threads = threads_;
+  row.cell = cell.id;
+  row.params = cell.params_text;
+  row.camera_samples = scene.points.camera_samples;
+  row.order = order;
+  row.reference_id = reference.id;
+  row.reference_spp = reference.spp;
+
+  const ConditionsWatch watch;
+  const RenderResult result =
+      render(*scene.scene, scene.points, render_settings(cell, row.seed, threads_));
+  const RunConditions conditions = watch.since();
+  row.contaminated = contamination(conditions, result.time_wall_s, result.time_cpu_s, threads_);
+  row.load_average = conditions.load_average;
+  row.steal_share = conditions.steal_share;
+  row.switches_voluntary = conditions.switches_voluntary;
+  row.switches_involuntary = conditions.switches_involuntary;
+  row.estimates = result.counters.estimates;
+  row.rays = result.counters.rays;
+  row.samples = result.counters.samples;
+  row.iterations = static_cast<std::int64_t>(result.counters.iterations);
+  row.time_wall_s = result.time_wall_s;
+  row.time_cpu_s = result.time_cpu_s;
+  row.time_prepare_s = result.time_prepare_s;
+  if (result.instructions > 0) row.instructions = result.instructions;
+  row.nonfinite = result.bad_count;
+  row.image_hash = result.radiance_hash();
+  const Image image = result.image();
+  if (config_.images.runs) write_run_picture(options_.out, row, image);
+  if (result.bad_count > 0 || result.counters.uncovered > 0) {
+    row.status = RunStatus::Failed;
+    row.failure = result.bad_count > 0
+                      ? fmt::format("{} estimates not finite or negative", result.bad_count)
+                      : fmt::format("{} samples without density", result.counters.uncovered);
+    write_events(row, cell, result);
+    return row;
+  }
+  record_metrics(image_metrics(image.pixels, reference.halves(), config_.relmse_epsilon), row);
+  return row;
+}
+
+void Experiment::write_events(const RunRow& row, const Cell& cell, const RenderResult& result) {
+  std::ofstream stream(options_.out / "events.txt", std::ios::app);
+  for (const BadEstimate& bad : result.bad) {
+    const std::string line = fmt::format(
+        "{} {}/{}: pixel {},{} estimate {}: ({}, {}, {}); replay: penumbra replay {} --row {} "
+        "--pixel {},{} --estimate {}",
+        row.run_id, row.scene, cell.label, bad.x, bad.y, bad.estimate, bad.value.x, bad.value.y,
+        bad.value.z, shell_quoted(std::filesystem::absolute(options_.out).string()), row.run_id,
+        bad.x, bad.y, bad.estimate);
+    stream << line << '\n';
+    warn(line);
+  }
+}
+
+}  // namespace penumbra

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "harness/config.h"
+#include "harness/report_tables.h"
+
+/// A report from the raw rows of a result folder. Nothing is measured, and no scene is loaded.
+namespace penumbra {
+
+/// What a folder's rows say.
+struct Report {
+  ExperimentConfig config;
+  std::vector<RunRow> rows;  ///< of the cells that the folder's plan has
+  ReportTables tables;
+  std::size_t stale_rows{0};  ///< of other cells: left out
+};
+
+/// How an experiment's tables are made.
+TableOptions table_options(const ExperimentConfig& config);
+
+/// Reads a result folder: config.resolved.json, plan.lock.json, measurements.csv and, where they
+/// are, the pictures of single runs, whose standard deviation it writes as pictures.
+/// @throws InputError when it is not a result folder, or a file in it cannot be read
+Report make_report(const std::filesystem::path& folder);
+
+}  // namespace penumbra
