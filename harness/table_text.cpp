@@ -6,6 +6,7 @@
 #include <array>
 #include <set>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "harness/metrics.h"
@@ -115,6 +116,31 @@ void add_flag_notes(std::span<const EfficiencyRow> rows, std::vector<std::string
   }
 }
 
+bool has_budgets(std::span<const EfficiencyRow> rows) {
+  return std::any_of(rows.begin(), rows.end(), [&](const EfficiencyRow& row) {
+    return row.budget_s != rows.front().budget_s;
+  });
+}
+
+/// Notes of cells; cells of which the same is to be said share a line.
+void add_cell_notes(std::span<const EfficiencyRow> rows, std::vector<std::string>& notes) {
+  std::vector<std::pair<std::string, std::string>> lines;  // note, cells
+  for (const EfficiencyRow& row : rows) {
+    if (row.note.empty()) continue;
+    const std::string budget = has_budgets(rows) ? ", " + seconds_text(row.budget_s) : "";
+    const std::string cell = fmt::format("{}, {} ({}, SRL {}{})", row.scene, label_text(row, rows),
+                                         row.sampler, srl_text(row), budget);
+    const auto line = std::find_if(lines.begin(), lines.end(),
+                                   [&](const auto& other) { return other.first == row.note; });
+    if (line == lines.end()) {
+      lines.emplace_back(row.note, cell);
+    } else {
+      line->second += "; " + cell;
+    }
+  }
+  for (const auto& [note, cells] : lines) notes.push_back(fmt::format("{}: {}.", cells, note));
+}
+
 std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows, const TableOptions& options,
                                    bool terminal) {
   std::vector<std::string> notes;
@@ -144,11 +170,7 @@ std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows, const Ta
   }
   add_flag_notes(rows, notes);
   add_geometry_notes(rows, notes);
-  for (const EfficiencyRow& row : rows) {
-    if (row.note.empty()) continue;
-    notes.push_back(fmt::format("{}, {} ({}, SRL {}): {}.", row.scene, label_text(row, rows),
-                                row.sampler, srl_text(row), row.note));
-  }
+  add_cell_notes(rows, notes);
   return notes;
 }
 
@@ -200,12 +222,6 @@ constexpr std::array<ShownColumn, 23> kShownColumns{{
     {"Verdict", true, true, [](const auto& r, const auto&) { return shown_verdict(r); }},
 }};
 // clang-format on
-
-bool has_budgets(std::span<const EfficiencyRow> rows) {
-  return std::any_of(rows.begin(), rows.end(), [&](const EfficiencyRow& row) {
-    return row.budget_s != rows.front().budget_s;
-  });
-}
 
 /// The columns that are shown: that of published ratios only where there are any, that of budgets
 /// on a terminal only where it tells cells apart.
