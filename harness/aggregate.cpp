@@ -14,6 +14,21 @@ namespace {
 
 using RowList = std::vector<const EfficiencyRow*>;
 
+/// One scene's ratio to the baseline that is meant.
+struct SceneRatio {
+  std::string scene;
+  std::optional<double> value, lo, hi, log_se;
+  std::optional<std::int64_t> blocks;
+};
+
+SceneRatio ratio_of(const EfficiencyRow& row, bool tuned) {
+  if (tuned) {
+    return {row.scene,          row.ratio_tuned,        row.ratio_tuned_lo,
+            row.ratio_tuned_hi, row.log_ratio_tuned_se, row.ratio_tuned_blocks};
+  }
+  return {row.scene, row.ratio, row.ratio_lo, row.ratio_hi, row.log_ratio_se, row.ratio_blocks};
+}
+
 /// A method across scenes. The SRL and SPP that budgets solve for differ from scene to scene.
 struct Method {
   RowList rows;  // one per scene
@@ -67,12 +82,12 @@ void add_note(AggregateRow& row, const std::string& text) {
   row.note += (row.note.empty() ? "" : "; ") + text;
 }
 
-void count_outcome(AggregateRow& result, const EfficiencyRow& row) {
-  if (!row.ratio_lo || !row.ratio_hi) {
+void count_outcome(AggregateRow& result, const SceneRatio& ratio) {
+  if (!ratio.lo || !ratio.hi) {
     ++result.undecided;
-  } else if (*row.ratio_lo > 1 + kTieMargin) {
+  } else if (*ratio.lo > 1 + kTieMargin) {
     ++result.wins;
-  } else if (*row.ratio_hi < 1 - kTieMargin) {
+  } else if (*ratio.hi < 1 - kTieMargin) {
     ++result.losses;
   } else {
     ++result.ties;
@@ -80,33 +95,34 @@ void count_outcome(AggregateRow& result, const EfficiencyRow& row) {
 }
 
 /// The mean's interval from the scenes' own standard errors; degrees of freedom by Satterthwaite.
-std::optional<Interval> fixed_interval(const RowList& rows, double mean, double confidence) {
+std::optional<Interval> fixed_interval(std::span<const SceneRatio> ratios, double mean,
+                                       double confidence) {
   double variance = 0;
   double fourth = 0;
-  for (const EfficiencyRow* row : rows) {
-    if (!row->log_ratio_se || row->ratio_blocks.value_or(0) < 2) return std::nullopt;
-    const double square = *row->log_ratio_se * *row->log_ratio_se;
+  for (const SceneRatio& ratio : ratios) {
+    if (!ratio.log_se || ratio.blocks.value_or(0) < 2) return std::nullopt;
+    const double square = *ratio.log_se * *ratio.log_se;
     variance += square;
-    fourth += square * square / static_cast<double>(*row->ratio_blocks - 1);
+    fourth += square * square / static_cast<double>(*ratio.blocks - 1);
   }
   if (!(variance > 0)) return Interval{mean, mean};
   const double dof = variance * variance / fourth;
-  const double standard_error = std::sqrt(variance) / static_cast<double>(rows.size());
+  const double standard_error = std::sqrt(variance) / static_cast<double>(ratios.size());
   const double half_width = student_t_quantile(0.5 + 0.5 * confidence, dof) * standard_error;
   return Interval{mean - half_width, mean + half_width};
 }
 
-void add_mean(AggregateRow& result, const RowList& rows, double confidence) {
+void add_mean(AggregateRow& result, std::span<const SceneRatio> ratios, double confidence) {
   Welford logs;
-  for (const EfficiencyRow* row : rows) {
-    logs.add(std::log(*row->ratio));
-    if (!result.worst_ratio || *row->ratio < *result.worst_ratio) {
-      result.worst_ratio = row->ratio;
-      result.worst_scene = row->scene;
+  for (const SceneRatio& ratio : ratios) {
+    logs.add(std::log(*ratio.value));
+    if (!result.worst_ratio || *ratio.value < *result.worst_ratio) {
+      result.worst_ratio = ratio.value;
+      result.worst_scene = ratio.scene;
     }
   }
   result.ratio = std::exp(logs.mean());
-  if (const auto fixed = fixed_interval(rows, logs.mean(), confidence)) {
+  if (const auto fixed = fixed_interval(ratios, logs.mean(), confidence)) {
     result.fixed_lo = std::exp(fixed->lo);
     result.fixed_hi = std::exp(fixed->hi);
   }
@@ -144,7 +160,8 @@ void add_targets(AggregateRow& result, std::span<const EcdfRow> ecdf) {
   }
 }
 
-AggregateRow aggregated(const Method& method, std::span<const EcdfRow> ecdf,
+/// @param tuned  against the tuned baseline
+AggregateRow aggregated(const Method& method, bool tuned, std::span<const EcdfRow> ecdf,
                         const TableOptions& options) {
   AggregateRow result;
   const EfficiencyRow& first = *method.rows.front();
@@ -153,13 +170,14 @@ AggregateRow aggregated(const Method& method, std::span<const EcdfRow> ecdf,
   result.params = first.params;
   result.srl = method.srl;
   result.spp = method.spp;
-  result.baseline = options.baseline;
-  RowList compared;
+  result.baseline = tuned ? *options.tuned_baseline : options.baseline;
+  std::vector<SceneRatio> compared;
   std::string missing;
   for (const EfficiencyRow* row : method.rows) {
-    if (row->ratio) {
-      compared.push_back(row);
-      count_outcome(result, *row);
+    SceneRatio ratio = ratio_of(*row, tuned);
+    if (ratio.value) {
+      count_outcome(result, ratio);
+      compared.push_back(std::move(ratio));
     } else {
       missing += (missing.empty() ? "" : ", ") + row->scene;
     }
@@ -169,8 +187,26 @@ AggregateRow aggregated(const Method& method, std::span<const EcdfRow> ecdf,
   if (!missing.empty()) add_note(result, "no ratio on " + missing);
   add_budget(result, method.rows);
   if (!compared.empty()) add_mean(result, compared, options.confidence);
-  add_targets(result, ecdf);
+  if (!tuned) add_targets(result, ecdf);
   return result;
+}
+
+void add_all(std::vector<AggregateRow>& result, std::span<const EfficiencyRow> rows, bool tuned,
+             std::span<const EcdfRow> ecdf, const TableOptions& options) {
+  // In the order of the table: the rows' first occurrence.
+  std::vector<decltype(method_key(rows.front()))> order;
+  std::map<decltype(method_key(rows.front())), RowList> groups;
+  for (const EfficiencyRow& row : rows) {
+    if (row.label == (tuned ? *options.tuned_baseline : options.baseline)) continue;
+    RowList& group = groups[method_key(row)];
+    if (group.empty()) order.push_back(method_key(row));
+    group.push_back(&row);
+  }
+  for (const auto& key : order) {
+    for (const Method& method : methods_of(at_largest_budget(groups[key]))) {
+      result.push_back(aggregated(method, tuned, ecdf, options));
+    }
+  }
 }
 
 }  // namespace
@@ -178,21 +214,9 @@ AggregateRow aggregated(const Method& method, std::span<const EcdfRow> ecdf,
 std::vector<AggregateRow> aggregate_over_scenes(std::span<const EfficiencyRow> rows,
                                                 std::span<const EcdfRow> ecdf,
                                                 const TableOptions& options) {
-  // In the order of the table: the rows' first occurrence.
-  std::vector<decltype(method_key(rows.front()))> order;
-  std::map<decltype(method_key(rows.front())), RowList> groups;
-  for (const EfficiencyRow& row : rows) {
-    if (row.label == options.baseline) continue;
-    RowList& group = groups[method_key(row)];
-    if (group.empty()) order.push_back(method_key(row));
-    group.push_back(&row);
-  }
   std::vector<AggregateRow> result;
-  for (const auto& key : order) {
-    for (const Method& method : methods_of(at_largest_budget(groups[key]))) {
-      result.push_back(aggregated(method, ecdf, options));
-    }
-  }
+  add_all(result, rows, false, ecdf, options);
+  if (options.tuned_baseline) add_all(result, rows, true, ecdf, options);
   return result;
 }
 

@@ -34,7 +34,7 @@ struct AggregateRow {
   /// Scenes whose interval is above 1 by more than kTieMargin, reaches into it, is below, or is
   /// missing.
   int wins{0}, ties{0}, losses{0}, undecided{0};
-  int targets{0}, targets_reached{0};  ///< of EcdfRow, in MSE
+  int targets{0}, targets_reached{0};  ///< of EcdfRow, in MSE; of the first baseline only
   /// Over targets, of the time relative to the baseline's; empty where half are not reached.
   std::optional<double> median_relative_time;
   std::string note;
@@ -68,6 +68,7 @@ inline constexpr int kTargets = 10;
 /// baseline has no single curve, or whose error does not fall, have no targets.
 std::vector<EcdfRow> time_to_target_ecdf(const Curves& curves, const TableOptions& options);
 
+/// Against the baseline and then, where there is one, against the tuned baseline.
 /// @param rows  of efficiency_table with the same options
 std::vector<AggregateRow> aggregate_over_scenes(std::span<const EfficiencyRow> rows,
                                                 std::span<const EcdfRow> ecdf,

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <map>
 #include <string_view>
 #include <tuple>
 #include <utility>
 
+#include "harness/efficiency_marks.h"
 #include "harness/metrics.h"
 #include "harness/statistics.h"
-#include "scenes/core/error.h"
 
 namespace penumbra {
 namespace {
@@ -310,6 +309,8 @@ void add_tuned_ratio(EfficiencyRow& row, const Cell& cell, const std::vector<Cel
   row.ratio_tuned = ratio.value;
   row.ratio_tuned_lo = ratio.lo;
   row.ratio_tuned_hi = ratio.hi;
+  if (ratio.value) row.ratio_tuned_blocks = ratio.blocks;
+  row.log_ratio_tuned_se = ratio.log_se;
   if (!ratio.fault.empty()) fault = ratio.fault;
   if (!fault.empty()) add_note(row, "ratio_tuned: " + fault);
 }
@@ -334,42 +335,6 @@ EfficiencyRow compared(const Cell& cell, const std::vector<Cell>& cells,
   }
   if (options.tuned_baseline) add_tuned_ratio(row, cell, cells, options);
   return row;
-}
-
-/// Holm over all cells of the table that have a bias_p.
-void adjust_bias(std::vector<EfficiencyRow>& rows) {
-  std::vector<double> p;
-  for (const EfficiencyRow& row : rows) {
-    if (row.bias_p) p.push_back(*row.bias_p);
-  }
-  const std::vector<double> adjusted = holm_adjusted(p);
-  std::size_t next = 0;
-  for (EfficiencyRow& row : rows) {
-    if (row.bias_p) row.bias_p_holm = adjusted[next++];
-  }
-}
-
-/// Marks the most efficient of the cells that were swept over.
-void mark_best(std::vector<EfficiencyRow>& rows, PrimaryTime primary) {
-  std::map<std::tuple<std::string, std::string, std::string, std::optional<double>, int>,
-           std::vector<EfficiencyRow*>>
-      groups;
-  for (EfficiencyRow& row : rows) {
-    if (!row.eff_cpu || !row.eff) continue;
-    // Where nothing is solved for, cells of other SPP are other points of a curve.
-    const int spp = row.budget_s ? 0 : row.spp;
-    groups[{row.scene, row.label, row.sampler, row.budget_s, spp}].push_back(&row);
-  }
-  for (auto& [key, group] : groups) {
-    if (group.size() < 2) continue;
-    const auto efficiency = [&](const EfficiencyRow* row) {
-      return primary == PrimaryTime::Cpu ? *row->eff_cpu : *row->eff;
-    };
-    const auto best = std::max_element(
-        group.begin(), group.end(),
-        [&](const auto* a, const auto* b) { return efficiency(a) < efficiency(b); });
-    (*best)->best_of = static_cast<std::int64_t>(group.size());
-  }
 }
 
 std::size_t rank_of(const std::string& name, const std::vector<std::string>& order) {

@@ -110,8 +110,18 @@ std::string reached_text(const AggregateRow& row) {
   return fmt::format("{} of {}", row.targets_reached, row.targets);
 }
 
+bool has_several_scenes(std::span<const AggregateRow> rows) {
+  return std::any_of(rows.begin(), rows.end(),
+                     [](const AggregateRow& row) { return row.n_scenes > 1; });
+}
+
+bool has_two_baselines(std::span<const AggregateRow> rows) {
+  return rows.front().baseline != rows.back().baseline;
+}
+
 TextGrid aggregate_grid(std::span<const AggregateRow> rows, bool terminal) {
   TextGrid grid;
+  const bool two = has_two_baselines(rows);
   grid.columns = {{"Label", true},
                   {"Sampler", true},
                   {"Scenes", false},
@@ -125,8 +135,10 @@ TextGrid aggregate_grid(std::span<const AggregateRow> rows, bool terminal) {
     grid.columns.push_back({"Median time", false});
   }
   for (const AggregateRow& row : rows) {
+    if (row.n_scenes == 0) continue;  // its note says why
     auto& line = grid.lines.emplace_back();
-    line = {label_of(row, rows),
+    const std::string label = label_of(row, rows);
+    line = {two ? label + " / " + row.baseline : label,
             row.sampler,
             std::to_string(row.n_scenes),
             ratio_interval_text(row.ratio, row.fixed_lo, row.fixed_hi),
@@ -157,11 +169,13 @@ std::string chosen_text(std::span<const AggregateRow> rows) {
 std::vector<std::string> aggregate_notes(std::span<const AggregateRow> rows,
                                          const TableOptions& options, bool terminal) {
   std::vector<std::string> notes;
-  notes.push_back(fmt::format(
-      "Geometric mean over scenes of the efficiency ratio to \"{}\" {} with its {:g} % interval "
-      "for "
-      "these scenes, from their own noise, and for scenes such as these, from their spread (t).",
-      options.baseline, chosen_text(rows), 100 * options.confidence));
+  notes.push_back(
+      fmt::format("Geometric mean over scenes of the efficiency ratio to {} {} with its {:g} % "
+                  "interval for these scenes, from their own noise, and for scenes such as these, "
+                  "from their spread (t).",
+                  has_two_baselines(rows) ? "the label behind the stroke"
+                                          : fmt::format("\"{}\"", options.baseline),
+                  chosen_text(rows), 100 * options.confidence));
   notes.push_back(
       fmt::format("W/T/L: scenes won, tied (the interval reaches within {:g} % of 1) and lost.",
                   100 * kTieMargin));
@@ -173,7 +187,8 @@ std::vector<std::string> aggregate_notes(std::span<const AggregateRow> rows,
   }
   for (const AggregateRow& row : rows) {
     if (row.note.empty()) continue;
-    notes.push_back(fmt::format("{} ({}): {}.", label_of(row, rows), row.sampler, row.note));
+    notes.push_back(fmt::format("{} ({}) to {}: {}.", label_of(row, rows), row.sampler,
+                                row.baseline, row.note));
   }
   return notes;
 }
@@ -201,13 +216,13 @@ std::string curves_terminal(std::span<const CurveRow> rows, const TableOptions& 
 }
 
 std::string aggregate_markdown(std::span<const AggregateRow> rows, const TableOptions& options) {
-  if (rows.empty()) return {};
+  if (!has_several_scenes(rows)) return {};
   return markdown(kAggregateTitle, aggregate_grid(rows, false),
                   aggregate_notes(rows, options, false));
 }
 
 std::string aggregate_terminal(std::span<const AggregateRow> rows, const TableOptions& options) {
-  if (rows.empty()) return {};
+  if (!has_several_scenes(rows)) return {};
   return terminal(kAggregateTitle, aggregate_grid(rows, true), 2,
                   aggregate_notes(rows, options, true));
 }

@@ -6,7 +6,8 @@
 #include "harness/aggregate.h"
 #include "harness/curves.h"
 
-/// Curves and aggregates as text, each with its title and footnotes; empty where there are none.
+/// Curves and aggregates as text, each with its title and footnotes; empty where there are none, or
+/// one scene only, of which the efficiency table says everything.
 namespace penumbra {
 
 std::string curves_markdown(std::span<const CurveRow> rows, const TableOptions& options);

@@ -154,6 +154,8 @@ struct EfficiencyRow {
   /// Smallest relative difference of efficiencies that these blocks show with 80 % power, two-sided
   /// at 5 %: 0.05 is 5 %.
   std::optional<double> detectable;
+  std::optional<std::int64_t> ratio_tuned_blocks;  ///< as ratio_blocks, of ratio_tuned
+  std::optional<double> log_ratio_tuned_se;
   std::optional<double> bias_p_holm;  ///< bias_p, adjusted over all cells of the table
   /// Of this many cells of one scene, label, sampler and budget, which differ in SRL or parameters,
   /// this has the highest efficiency; empty for the others and where there is one.

@@ -6,6 +6,7 @@
 #include <array>
 #include <set>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "harness/metrics.h"
@@ -115,17 +116,46 @@ void add_flag_notes(std::span<const EfficiencyRow> rows, std::vector<std::string
   }
 }
 
-std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows,
-                                   const TableOptions& options) {
+bool has_budgets(std::span<const EfficiencyRow> rows) {
+  return std::any_of(rows.begin(), rows.end(), [&](const EfficiencyRow& row) {
+    return row.budget_s != rows.front().budget_s;
+  });
+}
+
+/// Notes of cells; cells of which the same is to be said share a line.
+void add_cell_notes(std::span<const EfficiencyRow> rows, std::vector<std::string>& notes) {
+  std::vector<std::pair<std::string, std::string>> lines;  // note, cells
+  for (const EfficiencyRow& row : rows) {
+    if (row.note.empty()) continue;
+    const std::string budget = has_budgets(rows) ? ", " + seconds_text(row.budget_s) : "";
+    const std::string cell = fmt::format("{}, {} ({}, SRL {}{})", row.scene, label_text(row, rows),
+                                         row.sampler, srl_text(row), budget);
+    const auto line = std::find_if(lines.begin(), lines.end(),
+                                   [&](const auto& other) { return other.first == row.note; });
+    if (line == lines.end()) {
+      lines.emplace_back(row.note, cell);
+    } else {
+      line->second += "; " + cell;
+    }
+  }
+  for (const auto& [note, cells] : lines) notes.push_back(fmt::format("{}: {}.", cells, note));
+}
+
+std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows, const TableOptions& options,
+                                   bool terminal) {
   std::vector<std::string> notes;
   const std::string_view time = options.primary == PrimaryTime::Cpu ? "CPU" : "wall";
   notes.push_back(fmt::format(
       "Eff: 1/(T x MSE) in {} time. Ratio: over that of \"{}\" in the same blocks; in brackets its "
       "{:g} % interval (block jackknife of the ratio of means, t).",
       time, options.baseline, 100 * options.confidence));
-  notes.push_back(
-      "Detectable: the smallest difference of efficiencies that as many blocks of this noise show "
-      "with 80 % power, two-sided at 5 %.");
+  if (!terminal) {
+    notes.push_back(
+        "By wall, by rays, by instr.: the same ratio by another cost. Detectable: the "
+        "smallest difference of efficiencies that as many blocks of this noise show with 80 % "
+        "power, "
+        "two-sided at 5 %.");
+  }
   notes.push_back(
       fmt::format("MSE is debiased; relMSE divides by reference^2 + {:g} mean(reference)^2.",
                   options.relmse_epsilon));
@@ -140,11 +170,7 @@ std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows,
   }
   add_flag_notes(rows, notes);
   add_geometry_notes(rows, notes);
-  for (const EfficiencyRow& row : rows) {
-    if (row.note.empty()) continue;
-    notes.push_back(fmt::format("{}, {} ({}, SRL {}): {}.", row.scene, label_text(row, rows),
-                                row.sampler, srl_text(row), row.note));
-  }
+  add_cell_notes(rows, notes);
   return notes;
 }
 
@@ -197,12 +223,6 @@ constexpr std::array<ShownColumn, 23> kShownColumns{{
 }};
 // clang-format on
 
-bool has_budgets(std::span<const EfficiencyRow> rows) {
-  return std::any_of(rows.begin(), rows.end(), [&](const EfficiencyRow& row) {
-    return row.budget_s != rows.front().budget_s;
-  });
-}
-
 /// The columns that are shown: that of published ratios only where there are any, that of budgets
 /// on a terminal only where it tells cells apart.
 std::vector<ShownColumn> columns_of(const TableContext& context, bool terminal) {
@@ -237,13 +257,13 @@ std::string to_csv(std::span<const EfficiencyRow> rows) {
 
 std::string to_markdown(std::span<const EfficiencyRow> rows, const TableOptions& options) {
   return markdown_grid(grid_of({rows, options}, false)) + "\n" +
-         markdown_notes(footnotes(rows, options));
+         markdown_notes(footnotes(rows, options, false));
 }
 
 std::string to_terminal(std::span<const EfficiencyRow> rows, const TableOptions& options) {
   constexpr std::size_t kNames = 3;
   return terminal_grid(grid_of({rows, options}, true), kNames) +
-         terminal_notes(footnotes(rows, options));
+         terminal_notes(footnotes(rows, options, true));
 }
 
 }  // namespace penumbra

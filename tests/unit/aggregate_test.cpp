@@ -102,8 +102,41 @@ TEST(Aggregate, SweepOfSrlMakesSeveralMethodsAndSolvingForItOne) {
   EXPECT_NEAR(one({rows[0], rows[3]}).ratio.value(), std::sqrt(14.0), 1e-12);
 }
 
+TEST(Aggregate, TextSaysNothingOfOneSceneAndLeavesOutWhatHasNoRatio) {
+  EXPECT_EQ(aggregate_markdown(std::vector{one({row_of("a", 2, 0.1, 5)})}, options()), "");
+  std::vector<EfficiencyRow> rows{row_of("a", 2, 0.1, 5), row_of("b", 5, 0.1, 5),
+                                  row_of("a", 2, 0.1, 5)};
+  rows[2].label = "lonely";
+  rows[2].ratio.reset();
+  const std::string text =
+      aggregate_terminal(aggregate_over_scenes(rows, {}, options()), options());
+  EXPECT_EQ(text.find("lonely"), text.rfind("lonely")) << "in a note alone: " << text;
+  EXPECT_NE(text.find("lonely (independent) to mis: no ratio on a"), std::string::npos) << text;
+}
+
 TEST(Aggregate, BaselineIsNotComparedWithItself) {
   EXPECT_TRUE(aggregate_over_scenes(std::vector{row_of("a", 1, 0, 5)}, {}, options("pmc")).empty());
+}
+
+TEST(Aggregate, TunedBaselineHasRowsOfItsOwn) {
+  std::vector<EfficiencyRow> rows{row_of("a", 2, 0.1, 5), row_of("b", 8, 0.1, 5)};
+  for (EfficiencyRow& row : rows) {
+    row.ratio_tuned = *row.ratio / 4;
+    row.ratio_tuned_lo = *row.ratio_lo / 4;
+    row.ratio_tuned_hi = *row.ratio_hi / 4;
+    row.log_ratio_tuned_se = row.log_ratio_se;
+    row.ratio_tuned_blocks = row.ratio_blocks;
+  }
+  TableOptions o = options();
+  o.tuned_baseline = "mis_tuned";
+  const std::vector<AggregateRow> result = aggregate_over_scenes(rows, {}, o);
+  ASSERT_EQ(result.size(), 2u);
+  EXPECT_EQ(result[0].baseline, "mis");
+  EXPECT_EQ(result[1].baseline, "mis_tuned");
+  EXPECT_NEAR(result[1].ratio.value(), 1, 1e-12);
+  EXPECT_NEAR(result[1].fixed_hi.value(), *result[0].fixed_hi / 4, 1e-12);
+  EXPECT_EQ(result[1].losses, 1);
+  EXPECT_NE(aggregate_terminal(result, o).find("pmc / mis_tuned"), std::string::npos);
 }
 
 /// Three scenes; pmc is 2.5, 1.25 and 0.8 times as fast as mis.

@@ -105,6 +105,20 @@ TEST(Terminal, StaysBelow120ColumnsWithLongNamesAndKeepsItsNumbers) {
   EXPECT_TRUE(contains(text, "ref-limited")) << text;
 }
 
+TEST(Terminal, CellsOfWhichTheSameIsToBeSaidShareALine) {
+  std::vector<RunRow> runs = budget_rows("room", "mis", 1);
+  append(runs, budget_rows("room", "pmc", 0.4));
+  std::vector<EfficiencyRow> rows = efficiency_table(runs, options());
+  rows[0].note = rows[2].note = "disturbed";
+  rows[1].note = "alone";
+  const std::string text = to_markdown(rows, options());
+  EXPECT_TRUE(contains(text,
+                       "- room, mis (independent, SRL 16, 1.00 s); room, mis (independent, "
+                       "SRL 16, 2.00 s): disturbed.\n"))
+      << text;
+  EXPECT_TRUE(contains(text, "- room, pmc (independent, SRL 16, 1.00 s): alone.\n")) << text;
+}
+
 TEST(Terminal, ParametersAppearWhereTheyTellCellsApart) {
   std::vector<RunRow> rows = two_methods();
   for (int block = 0; block < 4; ++block) {

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "harness/measured_cells.h"
+#include "harness/run_row.h"
+
+/// What a row of the efficiency table owes to the other rows.
+namespace penumbra {
+
+/// Sets bias_p_holm: Holm over all cells of the table that have a bias_p.
+void adjust_bias(std::vector<EfficiencyRow>& rows);
+
+/// Sets best_of: marks the most efficient of the cells that were swept over.
+void mark_best(std::vector<EfficiencyRow>& rows, PrimaryTime primary);
+
+}  // namespace penumbra
