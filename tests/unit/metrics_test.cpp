@@ -3,16 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <map>
-#include <numbers>
-#include <random>
 #include <set>
 #include <string_view>
 #include <vector>
 
 #include "harness/statistics.h"
+#include "tests/unit/noise.h"
 
 namespace penumbra {
 namespace {
@@ -21,28 +19,6 @@ constexpr double kEpsilon = 0.01;
 
 /// Two-sided normal limit at a false-alarm level of 1e-4.
 constexpr double kLimit = 3.89;
-
-/// Gaussian numbers; the seed is the FNV-1a hash of the test's name, so that tests do not share a
-/// stream.
-class Noise {
- public:
-  explicit Noise(std::string_view test) : engine_(hash(test)) {}
-
-  double gaussian() {  // Box and Muller
-    const double radius = std::sqrt(-2 * std::log(1 - uniform()));
-    return radius * std::cos(2 * std::numbers::pi * uniform());
-  }
-
- private:
-  static std::uint64_t hash(std::string_view text) {
-    std::uint64_t h = 14695981039346656037ULL;
-    for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
-    return h;
-  }
-  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
-
-  std::mt19937_64 engine_;
-};
 
 // Errors x-rbar: .5 .5 1.5 | -1 1 1; halves' differences: 1 -1 -1 | -2 0 -2.
 const std::vector<Rgb> kImage{{1, 2, 3}, {4, 5, 6}};

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <string>
 #include <vector>
@@ -75,6 +77,16 @@ inline TableOptions options(const std::string& baseline = "mis") {
   TableOptions o;
   o.baseline = baseline;
   return o;
+}
+
+/// The row of a label and sampler; a failure of the test where there is none.
+inline EfficiencyRow find(const std::vector<EfficiencyRow>& rows, const std::string& label,
+                          const std::string& sampler = "independent") {
+  for (const EfficiencyRow& row : rows) {
+    if (row.label == label && row.sampler == sampler) return row;
+  }
+  ADD_FAILURE() << "no row " << label;
+  return {};
 }
 
 }  // namespace penumbra

@@ -37,16 +37,17 @@ TEST(RunColumns, AreThoseOfTheDesignInItsOrder) {
 }
 
 TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
-  EXPECT_EQ(joined(efficiency_columns()),
-            "scene, label, estimator, spp, srl, population, n_blocks, T_s, err, eff, eff_lo, "
-            "eff_hi, ratio, ratio_lo, ratio_hi, eff_cpu, eff_rays, eff_instructions, bias_rel, "
-            "bias_p, verdict, sampler, params, budget_s, baseline, err_lo, err_hi, relmse, p_eff, "
-            "reference_share, ratio_tuned, ratio_tuned_lo, ratio_tuned_hi, T_cpu_s, srl_initial, "
-            "srl_adaptive, note, ratio_published, geometry, ratio_wall, ratio_wall_lo, "
-            "ratio_wall_hi, ratio_rays, ratio_rays_lo, ratio_rays_hi, ratio_instructions, "
-            "ratio_instructions_lo, ratio_instructions_hi, ratio_blocks, log_ratio_se, detectable, "
-            "ratio_tuned_blocks, log_ratio_tuned_se, bias_p_holm, best_of, n_contaminated, variance, "
-            "bias2, p_eff_runs, bias_smallest_p, bias_tost");
+  EXPECT_EQ(
+      joined(efficiency_columns()),
+      "scene, label, estimator, spp, srl, population, n_blocks, T_s, err, eff, eff_lo, "
+      "eff_hi, ratio, ratio_lo, ratio_hi, eff_cpu, eff_rays, eff_instructions, bias_rel, "
+      "bias_p, verdict, sampler, params, budget_s, baseline, err_lo, err_hi, relmse, p_eff, "
+      "reference_share, ratio_tuned, ratio_tuned_lo, ratio_tuned_hi, T_cpu_s, srl_initial, "
+      "srl_adaptive, note, ratio_published, geometry, ratio_wall, ratio_wall_lo, "
+      "ratio_wall_hi, ratio_rays, ratio_rays_lo, ratio_rays_hi, ratio_instructions, "
+      "ratio_instructions_lo, ratio_instructions_hi, ratio_blocks, log_ratio_se, detectable, "
+      "ratio_tuned_blocks, log_ratio_tuned_se, bias_p_holm, best_of, n_contaminated, variance, "
+      "bias2, p_eff_runs, bias_smallest_p, bias_tost");
 }
 
 TEST(RunColumns, HoldEveryMetricButTheRoot) {
