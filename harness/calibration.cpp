@@ -104,7 +104,7 @@ class Pilots {
     } else if (solves_srl(config_)) {
       // On both sides of the given number, which is meant to be near the answer.
       const int given = cell.srl.total();
-      family.low.n = std::max(least_units(cell), given / 2);
+      family.low.n = nearest_accepted(cell, std::max(least_units(cell), given / 2));
       family.high.n = std::max(family.low.n + 1, given + given / 2);
     } else {
       family.low.n = least_units(cell);
@@ -224,7 +224,30 @@ class Pilots {
           solves_srl(config_) ? "shadow rays per light" : "estimates per pixel", least,
           family.fit.fixed_s + family.fit.per_sample_s * least));
     }
-    return static_cast<int>(std::min<std::int64_t>(n, 1'000'000));
+    return nearest_accepted(cell, static_cast<int>(std::min<std::int64_t>(n, 1'000'000)));
+  }
+
+  bool is_accepted(const Cell& cell, int n) const {
+    const Cell solved = with_units(config_, cell, n);
+    try {
+      cell.estimator->create(*scenes_[cell.scene].scene, cell.params, solved.budget());
+      return true;
+    } catch (const InputError&) {
+      return false;
+    }
+  }
+
+  /// An estimator can refuse a split, such as one too small for its components. The next smaller
+  /// total is taken instead or, where there is none, the next larger, whose time then tells.
+  int nearest_accepted(const Cell& cell, int n) const {
+    if (!solves_srl(config_)) return n;
+    for (int smaller = n; smaller >= least_units(cell); --smaller) {
+      if (is_accepted(cell, smaller)) return smaller;
+    }
+    for (int larger = n + 1; larger <= std::max(n, cell.srl.total()); ++larger) {
+      if (is_accepted(cell, larger)) return larger;
+    }
+    return n;
   }
 
   /// One run of each family at the n of its largest budget.

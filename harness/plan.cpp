@@ -37,8 +37,10 @@ Srl split_srl(int total, bool adaptive) {
 Srl scaled_srl(const Srl& srl, int total) {
   if (!srl.split) return {total, 0, false};
   const double share = static_cast<double>(srl.initial) / srl.total();
-  const int least = std::min({2, srl.initial, total});
-  const int initial = std::clamp(static_cast<int>(std::lround(share * total)), least, total);
+  // Something is left to adapt with, where the given split has that.
+  const int most = srl.adaptive > 0 ? std::max(1, total - 1) : total;
+  const int least = std::min({2, srl.initial, most});
+  const int initial = std::clamp(static_cast<int>(std::lround(share * total)), least, most);
   return {initial, total - initial, true};
 }
 

@@ -204,6 +204,9 @@ TEST_F(Sweep, OfTotalsKeepsTheirSplit) {
   EXPECT_EQ(scaled_srl({2, 2, true}, 10).text(), "5-5");
   EXPECT_EQ(scaled_srl({4, 12, true}, 5).text(), "2-3");
   EXPECT_EQ(scaled_srl({18, 0, false}, 5).text(), "5");
+  // Something stays to adapt with.
+  EXPECT_EQ(scaled_srl({8, 8, true}, 2).text(), "1-1");
+  EXPECT_EQ(scaled_srl({3, 5, true}, 3).text(), "2-1");
 }
 
 TEST_F(Sweep, RefusesBudgetsThatAreNotAboveZero) {
