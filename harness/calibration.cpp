@@ -198,18 +198,31 @@ class Pilots {
     }
     progress.finish();
     if (!config_.budget) return;
-    for (Family& family : families_) refit(family);
+    for (Family& family : families_) fit(family);
   }
 
-  void refit(Family& family) const {
+  void fit(Family& family) const {
     const std::optional<TimeFit> fit =
         fit_time({static_cast<double>(family.low.n), family.low.times_s},
                  {static_cast<double>(family.high.n), family.high.times_s});
     if (!fit) {
-      throw RunError("pilot of \"" + representative(family).label +
+      throw RunError("pilot of \"" + representative(family).label + "\" on scene \"" +
+                     scenes_[representative(family).scene].config->name +
                      "\": times do not grow with the work; the machine is too noisy");
     }
     family.fit = *fit;
+  }
+
+  /// The line through a checked run and the pilots that are farther from it, on either side; from
+  /// the origin where that line has no meaning, because a run near the pilots says little of a
+  /// slope.
+  static void fit_through(int n, double time_s, Family& family) {
+    const auto distance = [&](const Level& level) { return std::abs(std::log(1.0 * level.n / n)); };
+    const Level& far = distance(family.low) > distance(family.high) ? family.low : family.high;
+    const double slope = (hodges_lehmann(far.times_s) - time_s) / (far.n - n);
+    const double fixed = time_s - slope * n;
+    const bool has_meaning = slope > 0 && std::isfinite(slope) && fixed >= 0;
+    family.fit = has_meaning ? TimeFit{fixed, slope, false} : TimeFit{0, time_s / n, true};
   }
 
   int units(const Family& family, const Cell& cell) const {
@@ -271,9 +284,7 @@ class Pilots {
           std::max(config_.budget->tolerance * budget_s(largest), family.fit.per_sample_s);
       family.settled = std::abs(time_s - budget_s(largest)) <= allowed_s;
       if (family.settled) return;
-      if (family.high.n != n) family.high = {n, {}};
-      family.high.times_s.push_back(time_s);
-      refit(family);
+      fit_through(n, time_s, family);
       again = true;
     });
     progress.finish();
