@@ -27,7 +27,6 @@ struct RunOutcome {
   int rows_measured{0};
   int rows_found{0};         ///< measured before
   int rows_failed{0};        ///< of all
-  int rows_stale{0};         ///< of cells that the config no longer has
   int rows_contaminated{0};  ///< whose last attempt was disturbed too
   bool interrupted{false};   ///< by SIGINT or SIGTERM, after the run that was under way
 };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <fstream>
 #include <random>
-#include <set>
 
 #include "harness/experiment.h"
 #include "harness/keys.h"
@@ -38,9 +37,6 @@ std::vector<std::size_t> Experiment::block_order(int block) const {
 
 void Experiment::run_blocks(RunOutcome& outcome) {
   RowLog log(options_.out / "measurements.csv", config_.attempts);
-  std::set<std::string> current;
-  for (const Cell& cell : expand_cells(config_, scenes_)) current.insert(cell.id);
-  outcome.rows_stale = static_cast<int>(log.count_other_than(current));
   double work = 0;
   for (const Cell& cell : cells_) {
     for (int block = 0; block < config_.blocks; ++block) {

@@ -1,6 +1,5 @@
 #include "harness/row_log.h"
 
-#include <algorithm>
 #include <vector>
 
 #include "harness/keys.h"
@@ -64,12 +63,6 @@ const RunRow& RowLog::last_row(const Cell& cell, int block) const {
 void RowLog::append(const RunRow& row) {
   writer_->append(run_record(row));
   rows_.emplace(row.run_id, row);
-}
-
-std::size_t RowLog::count_other_than(const std::set<std::string>& cells) const {
-  return static_cast<std::size_t>(std::count_if(rows_.begin(), rows_.end(), [&](const auto& row) {
-    return cells.count(row.second.cell) == 0;
-  }));
 }
 
 }  // namespace penumbra

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "harness/csv.h"
@@ -33,9 +32,6 @@ class RowLog {
 
   /// Returns when the row is on disk.
   void append(const RunRow& row);
-
-  /// Rows of other cells than these.
-  std::size_t count_other_than(const std::set<std::string>& cells) const;
 
  private:
   const RunRow* find(const Cell& cell, int block, int attempt) const;

@@ -71,12 +71,5 @@ TEST_F(RowLogTest, OtherFrozenNumbersAreAnotherRun) {
   EXPECT_EQ(log.next_attempt(cell_, 0), 0);
 }
 
-TEST_F(RowLogTest, CountsRowsOfOtherCells) {
-  RowLog log(file_, 3);
-  log.append(row(0, ""));
-  EXPECT_EQ(log.count_other_than({"cell"}), 0u);
-  EXPECT_EQ(log.count_other_than({"another"}), 1u);
-}
-
 }  // namespace
 }  // namespace penumbra
