@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "harness/keys.h"
 #include "harness/metrics.h"
@@ -49,10 +50,11 @@ struct Family {
 class Pilots {
  public:
   Pilots(const ExperimentConfig& config, const std::vector<LoadedScene>& scenes,
-         const std::vector<Cell>& cells, bool foresee)
+         const std::vector<Cell>& cells, std::map<std::size_t, double> matched_s, bool foresee)
       : config_(config),
         scenes_(scenes),
         cells_(cells),
+        matched_s_(std::move(matched_s)),
         foresee_(foresee),
         threads_(resolve_threads(config.threads)) {
     group();
@@ -136,7 +138,7 @@ class Pilots {
     for (int round = 0; round < config_.budget->pilots; ++round) {
       in_order(round, [&](Family& family) {
         const Cell& cell = representative(family);
-        if (cell.label != *config_.budget->match) return;
+        if (cell.label != *config_.budget->match || matched_s_.count(cell.scene) != 0) return;
         times_s[cell.scene].push_back(
             measure(family, given_units(cell), "match " + std::to_string(round)));
       });
@@ -313,18 +315,19 @@ class Pilots {
   const ExperimentConfig& config_;
   const std::vector<LoadedScene>& scenes_;
   const std::vector<Cell>& cells_;
+  std::map<std::size_t, double> matched_s_;  // CPU time by scene
   bool foresee_;
   int threads_;
   std::vector<Family> families_;
-  std::map<std::size_t, double> matched_s_;  // CPU time by scene
 };
 
 }  // namespace
 
 std::vector<PlannedCell> run_pilots(const ExperimentConfig& config,
                                     const std::vector<LoadedScene>& scenes,
-                                    const std::vector<Cell>& cells, bool foresee) {
-  return Pilots(config, scenes, cells, foresee).run();
+                                    const std::vector<Cell>& cells,
+                                    const std::map<std::size_t, double>& matched_s, bool foresee) {
+  return Pilots(config, scenes, cells, matched_s, foresee).run();
 }
 
 }  // namespace penumbra

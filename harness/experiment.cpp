@@ -152,13 +152,19 @@ void Experiment::provide_plan() {
     for (PlannedCell& cell : read_plan(file)) known.emplace(cell.id, std::move(cell));
   }
   std::vector<Cell> missing;
+  std::map<std::size_t, double> matched_s;  // as the cells that are planned have it
   for (const Cell& cell : all) {
-    if (known.count(cell.id) == 0) missing.push_back(cell);
+    const auto planned = known.find(cell.id);
+    if (planned == known.end()) {
+      missing.push_back(cell);
+    } else if (planned->second.budget_s) {
+      matched_s[cell.scene] = *planned->second.budget_s / *cell.budget_time;
+    }
   }
   if (!missing.empty() || known.size() != all.size()) {
     std::vector<PlannedCell> found;
     if (config_.budget) {
-      found = run_pilots(config_, scenes_, missing);
+      found = run_pilots(config_, scenes_, missing, matched_s);
     } else {
       for (const Cell& cell : missing)
         found.push_back({cell.id, cell.spp, cell.srl, 0, 0, 0, {}, {}});

@@ -161,7 +161,7 @@ int plan_command(const ConfigOptions& options) {
   const double loading_s = loading.wall_s();
   const Stopwatch piloting;
   const std::vector<PlannedCell> plan =
-      run_pilots(experiment.config(), experiment.scenes(), experiment.cells(), true);
+      run_pilots(experiment.config(), experiment.scenes(), experiment.cells(), {}, true);
   const double pilots_s = experiment.config().budget ? piloting.wall_s() : 0.0;
   print_cells(experiment, plan);
   print_prediction(experiment, plan, {loading_s, pilots_s});

@@ -46,6 +46,16 @@ TEST_F(Budgets, MatchedBudgetIsTheTimeOfAMethodAtItsOwnNumbers) {
   }
 }
 
+TEST_F(Budgets, MatchedBudgetStaysWhenAMethodIsAdded) {
+  const std::string budget = R"({"match":"MIS","pilots":1})";
+  const std::string set = "--set blocks=1 --set scenes.0.camera_samples=1";
+  run_with(budget, set);
+  const double before = planned()[0]["budget_s"].get<double>();
+  run_with(budget, set + " --set 'methods.PMC-HI.params.population=[8,16]'");
+  ASSERT_EQ(planned().size(), 3u);
+  for (const nlohmann::json& cell : planned()) EXPECT_EQ(cell["budget_s"], before) << cell;
+}
+
 TEST_F(Budgets, SolvedSrlKeepsItsSplitAndTheGivenSpp) {
   run_with(R"({"match":"MIS","solve_for":"srl","pilots":1})",
            "--set blocks=1 --set methods.PMC-HI.srl=8-8");
