@@ -23,12 +23,16 @@ constexpr std::array kCurveColumns{
     PN_CURVE(n_blocks), column<&CurveRow::time_min_s>("time_min_s", "s"),
     column<&CurveRow::time_max_s>("time_max_s", "s"), column<&CurveRow::at_s>("at_s", "s"),
     PN_MSE(slope, ""), PN_MSE(slope_lo, ""), PN_MSE(slope_hi, ""), PN_MSE(slope_p, ""),
+    PN_MSE(order, ""), PN_MSE(order_lo, ""), PN_MSE(order_hi, ""), PN_MSE(order_p, ""),
+   
     PN_MSE(decay, "s (W/(m^2 sr))^2"), PN_MSE(floor, kUnit), PN_MSE(floor_lo, kUnit),
     PN_MSE(floor_hi, kUnit), PN_MSE(at, kErrorUnit), PN_MSE(at_lo, kErrorUnit),
     PN_MSE(at_hi, kErrorUnit), PN_MSE(target, kErrorUnit), PN_MSE(time_s, "s"),
     PN_MSE(time_lo_s, "s"), PN_MSE(time_hi_s, "s"), PN_MSE(speedup, ""), PN_MSE(speedup_lo, ""),
     PN_MSE(speedup_hi, ""),
     PN_RELMSE(slope, ""), PN_RELMSE(slope_lo, ""), PN_RELMSE(slope_hi, ""), PN_RELMSE(slope_p, ""),
+    PN_RELMSE(order, ""), PN_RELMSE(order_lo, ""), PN_RELMSE(order_hi, ""), PN_RELMSE(order_p, ""),
+   
     PN_RELMSE(decay, "s"), PN_RELMSE(floor, ""), PN_RELMSE(floor_lo, ""), PN_RELMSE(floor_hi, ""),
     PN_RELMSE(at, ""), PN_RELMSE(at_lo, ""), PN_RELMSE(at_hi, ""), PN_RELMSE(target, ""),
     PN_RELMSE(time_s, "s"), PN_RELMSE(time_lo_s, "s"), PN_RELMSE(time_hi_s, "s"),
@@ -57,6 +61,10 @@ constexpr std::array kPointColumns{
 std::string to_csv(std::span<const CurveRow> rows) { return csv_of(kCurveColumns, rows); }
 
 std::string to_csv(std::span<const CurvePointRow> rows) { return csv_of(kPointColumns, rows); }
+
+std::span<const Column<CurveRow>> curve_table_columns() { return kCurveColumns; }
+
+std::span<const Column<CurvePointRow>> curve_point_table_columns() { return kPointColumns; }
 
 std::vector<CurveRow> read_curve_rows(const std::filesystem::path& file) {
   return read_whole_table<CurveRow>(kCurveColumns, file);

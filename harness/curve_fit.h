@@ -14,7 +14,7 @@ namespace penumbra {
 /// Time and error of each block at one budget. Budgets have independent seeds; block b is the same
 /// round at every budget, which a drift of the machine's speed has in common.
 struct BudgetRuns {
-  std::vector<double> times_s;  ///< [block]
+  std::vector<double> times_s;  ///< [block]; the work in another unit where a fit is against that
   std::vector<double> errors;   ///< [block], may be negative: debiased
 };
 

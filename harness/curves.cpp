@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "harness/curve_fit.h"
+#include "scenes/core/error.h"
 
 namespace penumbra {
 namespace {
@@ -21,6 +22,8 @@ struct Family {
   CurveRow row;
   CurveData mse;
   CurveData relmse;  // no budgets where a run lacks it
+  CurveData mse_by_spp;
+  CurveData relmse_by_spp;  // no budgets, both, where points differ in more than SPP
 };
 
 /// Position on a curve: the budget or, without, the SPP.
@@ -82,7 +85,9 @@ std::vector<int> common_blocks(const CellList& cells) {
   return blocks;
 }
 
-CurveData data_of(const CellList& cells, const std::vector<int>& blocks, PrimaryTime primary,
+/// @param abscissa  of a run
+template <class Abscissa>
+CurveData data_of(const CellList& cells, const std::vector<int>& blocks, const Abscissa& abscissa,
                   std::optional<double> RunRow::*error, double floor) {
   CurveData data;
   data.reference_floor = floor;
@@ -91,7 +96,7 @@ CurveData data_of(const CellList& cells, const std::vector<int>& blocks, Primary
     for (const int block : blocks) {
       const RunRow& run = *cell->blocks.at(block);
       if (!(run.*error) || !std::isfinite(*(run.*error))) return {};
-      runs.times_s.push_back(primary_time(run, primary));
+      runs.times_s.push_back(abscissa(run));
       runs.errors.push_back(*(run.*error));
     }
   }
@@ -132,6 +137,15 @@ void describe(Family& family, const TableOptions& options) {
   }
 }
 
+/// Whether errors can be put over the SPP. Rows of early versions do not say the camera samples.
+bool differ_in_spp_only(const Family& family) {
+  return family.row.srl && family.row.srl_initial &&
+         std::all_of(family.cells.begin(), family.cells.end(), [](const MeasuredCell* cell) {
+           const RunRow& run = cell->first();
+           return run.camera_samples >= 1 && run.spp >= run.camera_samples;
+         });
+}
+
 /// Cells with a failed run apart, the others in order of their realised time.
 Family family_of(const CellList& cells, const TableOptions& options) {
   Family family;
@@ -151,8 +165,16 @@ Family family_of(const CellList& cells, const TableOptions& options) {
     return family;
   }
   const double floor = family.cells.front()->first().reference_floor.value_or(0);
-  family.mse = data_of(family.cells, blocks, options.primary, &RunRow::mse, floor);
-  family.relmse = data_of(family.cells, blocks, options.primary, &RunRow::relmse, 0);
+  const auto time_of = [&](const RunRow& run) { return primary_time(run, options.primary); };
+  family.mse = data_of(family.cells, blocks, time_of, &RunRow::mse, floor);
+  family.relmse = data_of(family.cells, blocks, time_of, &RunRow::relmse, 0);
+  if (differ_in_spp_only(family)) {
+    const auto spp_of = [](const RunRow& run) {
+      return effective_spp(run.spp, run.camera_samples);
+    };
+    family.mse_by_spp = data_of(family.cells, blocks, spp_of, &RunRow::mse, floor);
+    family.relmse_by_spp = data_of(family.cells, blocks, spp_of, &RunRow::relmse, 0);
+  }
   const std::vector<CurvePoint> points = points_of(family.mse, blocks.size());
   family.row.time_min_s = points.front().time_s;
   family.row.time_max_s = points.back().time_s;
@@ -208,7 +230,8 @@ std::pair<CurveData, CurveData> paired(const Family& a, const Family& b, bool re
   const std::vector<int> blocks = common_blocks(all);
   if (blocks.empty()) return {};
   const auto error = relative ? &RunRow::relmse : &RunRow::mse;
-  return {data_of(a.cells, blocks, primary, error, 0), data_of(b.cells, blocks, primary, error, 0)};
+  const auto time_of = [&](const RunRow& run) { return primary_time(run, primary); };
+  return {data_of(a.cells, blocks, time_of, error, 0), data_of(b.cells, blocks, time_of, error, 0)};
 }
 
 void add_target(MetricCurve& curve, const Family& family, const Family& baseline, bool relative,
@@ -225,12 +248,17 @@ void add_target(MetricCurve& curve, const Family& family, const Family& baseline
   curve.speedup_hi = std::exp(fit->log_speedup.interval->hi);
 }
 
-MetricCurve metric_curve(const CurveData& data, double at_s, double confidence) {
+MetricCurve metric_curve(const CurveData& data, const CurveData& by_spp, double at_s,
+                         double confidence) {
   MetricCurve curve;
   if (data.budgets.empty()) return curve;
   if (const auto slope = fit_slope(data, confidence)) {
     put(slope->slope, curve.slope, curve.slope_lo, curve.slope_hi);
     curve.slope_p = slope->p_minus_1;
+  }
+  if (const auto order = fit_slope(by_spp, confidence)) {
+    put(order->slope, curve.order, curve.order_lo, curve.order_hi);
+    curve.order_p = order->p_minus_1;
   }
   if (const auto floor = fit_floor(data, confidence)) {
     curve.decay = floor->a;
@@ -250,8 +278,8 @@ CurveRow fitted(const Family& family, const std::vector<Family>& families,
                 const TableOptions& options) {
   CurveRow row = family.row;
   row.at_s = common_time(families, row.scene);
-  row.mse = metric_curve(family.mse, row.at_s, options.confidence);
-  row.relmse = metric_curve(family.relmse, row.at_s, options.confidence);
+  row.mse = metric_curve(family.mse, family.mse_by_spp, row.at_s, options.confidence);
+  row.relmse = metric_curve(family.relmse, family.relmse_by_spp, row.at_s, options.confidence);
   if (!row.mse.slope && row.n_blocks > 0)
     add_note(row, "no slope: an error is below reference noise");
   if (row.n_blocks == 1) add_note(row, "one block: no intervals");
@@ -308,6 +336,15 @@ std::size_t rank_of(const std::string& name, const std::vector<std::string>& ord
 }
 
 }  // namespace
+
+double effective_spp(int spp, int camera_samples) {
+  PN_CHECK(camera_samples >= 1 && spp >= camera_samples, "every camera sample has an estimate");
+  const int least = spp / camera_samples;
+  const int with_one_more = spp % camera_samples;
+  const double inverse_sum = static_cast<double>(with_one_more) / (least + 1) +
+                             static_cast<double>(camera_samples - with_one_more) / least;
+  return static_cast<double>(camera_samples) * camera_samples / inverse_sum;
+}
 
 Curves error_curves(std::span<const RunRow> rows, const TableOptions& options) {
   Curves result;

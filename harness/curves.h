@@ -18,6 +18,8 @@ namespace penumbra {
 struct MetricCurve {
   std::optional<double> slope, slope_lo, slope_hi;  ///< of log error over log time
   std::optional<double> slope_p;                    ///< two-sided, of a slope of -1
+  std::optional<double> order, order_lo, order_hi;  ///< of log error over log effective SPP
+  std::optional<double> order_p;                    ///< two-sided, of an order of -1
   std::optional<double> decay;                      ///< a of error = a / time + b^2
   std::optional<double> floor, floor_lo, floor_hi;  ///< b; 0 where the interval holds 0
   std::optional<double> at, at_lo, at_hi;           ///< error at CurveRow::at_s
@@ -27,6 +29,12 @@ struct MetricCurve {
 
   friend bool operator==(const MetricCurve&, const MetricCurve&) = default;
 };
+
+/// Equally spread estimates per pixel that have the variance of `spp` estimates over
+/// `camera_samples` shading points: m^2 / sum 1/n_i, n_i of them at shading point i. Equal to `spp`
+/// where that is a multiple of the camera samples; 2.67 for 3 over 2.
+/// @param spp  >= camera_samples >= 1
+double effective_spp(int spp, int camera_samples);
 
 /// One (scene, method with parameters and SRL, sampler) measured at several budgets. Where budgets
 /// fix the time, the number that was solved for differs along the curve, and its field is empty.
@@ -78,6 +86,10 @@ Curves error_curves(std::span<const RunRow> rows, const TableOptions& options);
 /// The whole of curves.csv and of curve_points.csv.
 std::string to_csv(std::span<const CurveRow> rows);
 std::string to_csv(std::span<const CurvePointRow> rows);
+
+/// The columns of both with their units (table_columns.h), for other forms of the tables.
+std::span<const Column<CurveRow>> curve_table_columns();
+std::span<const Column<CurvePointRow>> curve_point_table_columns();
 
 /// Reads them. @throws InputError as read_efficiency_rows
 std::vector<CurveRow> read_curve_rows(const std::filesystem::path& file);

@@ -44,6 +44,7 @@ TextGrid curves_grid(std::span<const CurveRow> rows, bool terminal) {
     grid.columns.push_back({"T", false});
   }
   grid.columns.push_back({"Slope", false});
+  grid.columns.push_back({"Order", false});
   if (!terminal) grid.columns.push_back({"p of -1", false});
   grid.columns.push_back({"Bias floor", false});
   if (relative) grid.columns.push_back({"relMSE slope", false});
@@ -59,7 +60,8 @@ TextGrid curves_grid(std::span<const CurveRow> rows, bool terminal) {
       line.push_back(seconds_text(row.time_min_s) + " to " + seconds_text(row.time_max_s));
     }
     line.push_back(slope_interval_text(m.slope, m.slope_lo, m.slope_hi));
-    if (!terminal) line.push_back(number_text(m.slope_p));
+    line.push_back(slope_interval_text(m.order, m.order_lo, m.order_hi));
+    if (!terminal) line.push_back(number_text(m.order_p));
     line.push_back(number_interval_text(m.floor, m.floor_lo, m.floor_hi));
     if (relative) {
       line.push_back(
@@ -77,9 +79,11 @@ std::vector<std::string> curve_notes(std::span<const CurveRow> rows, const Table
   const std::string_view time = options.primary == PrimaryTime::Cpu ? "CPU" : "wall";
   std::vector<std::string> notes;
   notes.push_back(fmt::format(
-      "Slope of log MSE over log {} time, -1 for an unbiased estimator with independent points; "
-      "all intervals are {:g} %, by a jackknife over blocks.",
+      "Slope: of log MSE over log {} time, below the order where part of the time is paid once per "
+      "shading point; all intervals are {:g} %, by a jackknife over blocks.",
       time, 100 * options.confidence));
+  notes.push_back(
+      "Order: the same over log SPP, -1 for an unbiased estimator with independent points.");
   notes.push_back(
       "Bias floor: b of MSE = a/T + b^2, 0 where its interval holds 0; the interval is cut at 0.");
   if (!terminal) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "harness/curve_fit.h"
@@ -55,6 +56,46 @@ TEST(Curves, FitsAreThoseOfTheBlocks) {
   EXPECT_FALSE(row.spp.has_value()) << "it is what the budgets solve for";
   EXPECT_TRUE(row.note.empty()) << row.note;
   EXPECT_EQ(find(curves, "mis").mse.speedup.value(), 1);
+}
+
+TEST(Curves, OrderIsTheSlopeOverSppWhateverTheTimeWas) {
+  std::vector<RunRow> rows = two_curves();
+  const double order = find(error_curves(rows, options()), "pmc").mse.order.value();
+  EXPECT_NEAR(order, -1, 0.02);
+  for (RunRow& row : rows) row.time_cpu_s = 3 + *row.time_cpu_s;  // paid once per run
+  const MetricCurve after = find(error_curves(rows, options()), "pmc").mse;
+  EXPECT_EQ(after.order.value(), order);
+  EXPECT_LT(after.slope.value(), -1.5) << "time is what users have, the slope says so";
+  EXPECT_LT(after.order_lo.value(), -1);
+  EXPECT_GT(after.order_hi.value(), -1);
+  EXPECT_GT(after.order_p.value(), 0.05);
+}
+
+TEST(Curves, OrderCountsEstimatesThatAreSpreadUnevenly) {
+  EXPECT_EQ(effective_spp(8, 4), 8);
+  EXPECT_DOUBLE_EQ(effective_spp(3, 2), 4 / 1.5);
+  EXPECT_DOUBLE_EQ(effective_spp(7, 4), 16 / (3 * 0.5 + 1));
+  std::vector<RunRow> rows = two_curves();
+  const std::array<int, 4> spp{3, 5, 9, 17};
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    RunRow& row = rows[i];
+    row.camera_samples = 2;
+    row.spp = spp[i % 16 / 4];
+    row.mse = 1 / effective_spp(row.spp, 2);
+  }
+  EXPECT_NEAR(find(error_curves(rows, options()), "pmc").mse.order.value(), -1, 1e-12);
+}
+
+TEST(Curves, OrderNeedsOneSrlAndTheCameraSamples) {
+  std::vector<RunRow> rows = two_curves();
+  for (RunRow& row : rows) std::swap(row.spp, row.srl);
+  const MetricCurve by_srl = find(error_curves(rows, options()), "pmc").mse;
+  EXPECT_TRUE(by_srl.slope.has_value());
+  EXPECT_FALSE(by_srl.order || by_srl.order_lo || by_srl.order_p);
+  rows = two_curves();
+  rows[0].camera_samples = 0;  // "mis": a row of an early version
+  EXPECT_FALSE(find(error_curves(rows, options()), "mis").mse.order.has_value());
+  EXPECT_TRUE(find(error_curves(rows, options()), "pmc").mse.order.has_value());
 }
 
 TEST(Curves, PointsAreMeansByIncreasingTime) {

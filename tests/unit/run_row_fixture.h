@@ -20,6 +20,7 @@ inline RunRow run(const std::string& label, int block, double cpu_s, double mse)
   row.estimator = label;
   row.sampler = "independent";
   row.spp = 8;
+  row.camera_samples = 1;
   row.srl = row.srl_initial = 16;
   row.block = block;
   row.rays = 1000;
