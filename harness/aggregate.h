@@ -78,6 +78,10 @@ std::vector<AggregateRow> aggregate_over_scenes(std::span<const EfficiencyRow> r
 std::string to_csv(std::span<const AggregateRow> rows);
 std::string to_csv(std::span<const EcdfRow> rows);
 
+/// The columns of both with their units (table_columns.h), for other forms of the tables.
+std::span<const Column<AggregateRow>> aggregate_table_columns();
+std::span<const Column<EcdfRow>> ecdf_table_columns();
+
 /// Reads them. @throws InputError as read_efficiency_rows
 std::vector<AggregateRow> read_aggregate_rows(const std::filesystem::path& file);
 std::vector<EcdfRow> read_ecdf_rows(const std::filesystem::path& file);

@@ -37,6 +37,10 @@ std::string to_csv(std::span<const AggregateRow> rows) { return csv_of(kAggregat
 
 std::string to_csv(std::span<const EcdfRow> rows) { return csv_of(kEcdfColumns, rows); }
 
+std::span<const Column<AggregateRow>> aggregate_table_columns() { return kAggregateColumns; }
+
+std::span<const Column<EcdfRow>> ecdf_table_columns() { return kEcdfColumns; }
+
 std::vector<AggregateRow> read_aggregate_rows(const std::filesystem::path& file) {
   return read_whole_table<AggregateRow>(kAggregateColumns, file);
 }

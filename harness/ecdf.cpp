@@ -91,8 +91,21 @@ void add_curve(std::vector<EcdfRow>& rows, const Curves& curves, const CurveRow&
   }
 }
 
-auto method_key(const EcdfRow& r) {
-  return std::tie(r.metric, r.label, r.sampler, r.params, r.srl, r.spp);
+auto label_key(const EcdfRow& r) { return std::tie(r.metric, r.label, r.sampler, r.params); }
+
+/// Whether two rows are of one method. Where some scene has several curves of it, a sweep, SRL and
+/// SPP tell methods apart; otherwise they may differ between scenes, as in the paper.
+bool are_one_method(const EcdfRow& a, const EcdfRow& b, const Curves& curves) {
+  if (label_key(a) != label_key(b)) return false;
+  if (a.srl == b.srl && a.spp == b.spp) return true;
+  std::map<std::string, int> curves_by_scene;
+  for (const CurveRow& curve : curves.rows) {
+    if (curve.label == a.label && curve.sampler == a.sampler && curve.params == a.params &&
+        ++curves_by_scene[curve.scene] > 1) {
+      return false;
+    }
+  }
+  return true;
 }
 
 double sort_key(const EcdfRow& row) {
@@ -124,7 +137,7 @@ std::vector<EcdfRow> time_to_target_ecdf(const Curves& curves, const TableOption
       add_curve(rows, curves, curve, *baseline, relative);
       if (rows.empty()) continue;
       const auto same = std::find_if(methods.begin(), methods.end(), [&](const auto& method) {
-        return method_key(method.front()) == method_key(rows.front());
+        return are_one_method(method.front(), rows.front(), curves);
       });
       if (same == methods.end()) {
         methods.push_back(std::move(rows));

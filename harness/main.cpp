@@ -36,7 +36,8 @@ struct Options {
   RenderOptions render;
   InspectOptions inspect;
   ReplayOptions replay;
-  std::filesystem::path report;
+  ReportOptions report;
+  FigureCommandOptions figure;
   SelfTestCommandOptions selftest;
 };
 
@@ -71,8 +72,28 @@ void add_config_commands(CLI::App& app, Options& o) {
   run->add_option("--tag", o.run.tag, "Only methods with this tag");
   run->add_option("--threads", o.run.threads, "0: all cores");
 
-  CLI::App* report = app.add_subcommand("report", "Makes all tables of a result folder again");
-  report->add_option("DIR", o.report, "Folder of a run's results")->required();
+  CLI::App* report = app.add_subcommand(
+      "report", "Makes all tables and the page (report.html) of a result folder again");
+  report->add_option("DIR", o.report.folder, "Folder of a run's results")->required();
+  report->add_flag("--embed", o.report.embed,
+                   "Pictures into the page itself, in place of a folder beside it");
+}
+
+void add_figure(CLI::App& app, Options& o) {
+  CLI::App* c = app.add_subcommand(
+      "figure", "Draws the methods of a scene side by side, with their errors, for a paper");
+  FigureOptions& f = o.figure.figure;
+  c->add_option("DIR", o.figure.folder, "Folder of a run's results")->required();
+  c->add_option("--scene", f.scene)->required();
+  c->add_option("--crop", f.crops,
+                "Name of a crop of the config, or X,Y,WIDTH,HEIGHT; repeatable [all of the config]")
+      ->take_all()
+      ->allow_extra_args(false);
+  c->add_option("--method", f.labels, "Label, from left to right; repeatable [all]")
+      ->take_all()
+      ->allow_extra_args(false);
+  c->add_option("--exposure", f.exposure, "Stops")->capture_default_str();
+  c->add_option("-o,--out", f.out, ".png, .svg or .pdf")->required();
 }
 
 void add_render(CLI::App& app, Options& o) {
@@ -138,6 +159,7 @@ int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("reference")) return reference_command(o.reference);
   if (app.got_subcommand("run")) return run_command(o.run);
   if (app.got_subcommand("report")) return report_command(o.report);
+  if (app.got_subcommand("figure")) return figure_command(o.figure);
   if (app.got_subcommand("render")) return render_command(o.render);
   if (app.got_subcommand("selftest")) return selftest_command(o.selftest);
   if (app.got_subcommand("replay")) return replay_command(o.replay);
@@ -153,6 +175,7 @@ int run_main(int argc, char** argv) {
   Options options;
   add_list(app, options);
   add_config_commands(app, options);
+  add_figure(app, options);
   add_render(app, options);
   add_inspect(app, options);
   add_replay(app, options);

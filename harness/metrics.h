@@ -42,6 +42,9 @@ ReferenceNoise reference_noise(const ReferenceHalves& reference);
 inline constexpr double kShareToWarn = 0.05;
 inline constexpr double kShareToRefuse = 0.5;
 
+/// Effective pixels (p_eff) below which too few of them decide the MSE.
+inline constexpr double kFewPixels = 200;
+
 /// All errors of one image. Means are over pixels and the 3 channels.
 struct ImageMetrics {
   double mse{

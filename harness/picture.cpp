@@ -117,7 +117,7 @@ Drawing draw(std::span<const Panel> panels, const std::string& title, const Stri
     drawing.places.push_back(place);
   }
   draw_surroundings(canvas, layout, title, findings, style.scale);
-  drawing.png = canvas.png();
+  drawing.png = canvas.bytes();
   return drawing;
 }
 
@@ -155,7 +155,7 @@ void write_png_rgb(const std::filesystem::path& path, const Image& image, float 
     check_picture(is_well_formed(image));
     Canvas canvas(image.width, image.height);
     canvas.paint({0, 0, image.width, image.height}, colors_of(image, exposure_stops));
-    return canvas.png();
+    return canvas.bytes();
   });
   write_file_atomically(path, png);
 }

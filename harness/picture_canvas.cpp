@@ -1,5 +1,7 @@
 #include "harness/picture_canvas.h"
 
+#include <cairo-pdf.h>
+#include <cairo-svg.h>
 #include <cairo.h>
 #include <fmt/format.h>
 
@@ -85,8 +87,35 @@ void Canvas::Free::operator()(_cairo_surface* surface) const noexcept {
   cairo_surface_destroy(surface);
 }
 
-Canvas::Canvas(int width, int height)
-    : surface_(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height)),
+std::optional<PictureFormat> picture_format(const std::filesystem::path& file) {
+  const std::string extension = file.extension().string();
+  if (extension == ".png") return PictureFormat::Png;
+  if (extension == ".svg") return PictureFormat::Svg;
+  if (extension == ".pdf") return PictureFormat::Pdf;
+  return std::nullopt;
+}
+
+namespace {
+
+cairo_surface_t* make_surface(PictureFormat format, std::string& written, int width, int height) {
+  switch (format) {
+    case PictureFormat::Svg:
+      return cairo_svg_surface_create_for_stream(append_bytes, &written, width, height);
+    case PictureFormat::Pdf:
+      return cairo_pdf_surface_create_for_stream(append_bytes, &written, width, height);
+    case PictureFormat::Png:
+      break;
+  }
+  return cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height);
+}
+
+}  // namespace
+
+Canvas::Canvas(int width, int height, PictureFormat format)
+    : width_(width),
+      height_(height),
+      format_(format),
+      surface_(make_surface(format, written_, width, height)),
       context_(cairo_create(surface_.get())) {
   const cairo_status_t status = cairo_surface_status(surface_.get());
   if (width < 1 || height < 1 || status != CAIRO_STATUS_SUCCESS) {
@@ -105,27 +134,33 @@ Canvas::Canvas(int width, int height)
   cairo_font_options_destroy(options);
 }
 
+Canvas::~Canvas() = default;
+
 void Canvas::paint(const PixelRect& area, std::span<const Rgb8> colors) {
-  cairo_surface_t* surface = surface_.get();
-  PN_CHECK(area.x >= 0 && area.y >= 0 &&
-               area.x + area.width <= cairo_image_surface_get_width(surface) &&
-               area.y + area.height <= cairo_image_surface_get_height(surface),
+  PN_CHECK(area.x >= 0 && area.y >= 0 && area.x + area.width <= width_ &&
+               area.y + area.height <= height_,
            "painting outside of the sheet");
   PN_CHECK(
       colors.size() == static_cast<std::size_t>(area.width) * static_cast<std::size_t>(area.height),
       "as many colours as pixels");
-  cairo_surface_flush(surface);
-  unsigned char* const data = cairo_image_surface_get_data(surface);
-  const int stride = cairo_image_surface_get_stride(surface);
+  const std::unique_ptr<cairo_surface_t, Free> pixels(
+      cairo_image_surface_create(CAIRO_FORMAT_RGB24, area.width, area.height));
+  unsigned char* const data = cairo_image_surface_get_data(pixels.get());
+  const int stride = cairo_image_surface_get_stride(pixels.get());
   for (int y = 0; y < area.height; ++y) {
-    unsigned char* const row = data + static_cast<std::ptrdiff_t>(area.y + y) * stride;
+    unsigned char* const row = data + static_cast<std::ptrdiff_t>(y) * stride;
     for (int x = 0; x < area.width; ++x) {
       const Rgb8& c = colors[pixel_index(area.width, x, y)];
       const std::uint32_t packed = (std::uint32_t{c.r} << 16) | (std::uint32_t{c.g} << 8) | c.b;
-      std::memcpy(row + static_cast<std::ptrdiff_t>(area.x + x) * 4, &packed, sizeof packed);
+      std::memcpy(row + static_cast<std::ptrdiff_t>(x) * 4, &packed, sizeof packed);
     }
   }
-  cairo_surface_mark_dirty(surface);
+  cairo_surface_mark_dirty(pixels.get());
+  cairo_t* context = context_.get();
+  cairo_set_source_surface(context, pixels.get(), area.x, area.y);
+  cairo_pattern_set_filter(cairo_get_source(context), CAIRO_FILTER_NEAREST);
+  cairo_rectangle(context, area.x, area.y, area.width, area.height);
+  cairo_fill(context);
 }
 
 void Canvas::fill(const PixelRect& area, Rgb8 color) {
@@ -200,17 +235,19 @@ double Canvas::text_width(std::string_view text, double size) {
   return line_width(context_.get(), text, size);
 }
 
-std::string Canvas::png() const {
+std::string Canvas::bytes() {
   cairo_status_t status = cairo_status(context_.get());
-  std::string bytes;
-  if (status == CAIRO_STATUS_SUCCESS) {
+  if (status == CAIRO_STATUS_SUCCESS && format_ == PictureFormat::Png) {
     cairo_surface_flush(surface_.get());
-    status = cairo_surface_write_to_png_stream(surface_.get(), append_bytes, &bytes);
+    status = cairo_surface_write_to_png_stream(surface_.get(), append_bytes, &written_);
+  } else if (status == CAIRO_STATUS_SUCCESS) {
+    cairo_surface_finish(surface_.get());
+    status = cairo_surface_status(surface_.get());
   }
   if (status != CAIRO_STATUS_SUCCESS) {
-    throw RunError(fmt::format("PNG: {}", cairo_status_to_string(status)));
+    throw RunError(fmt::format("picture: {}", cairo_status_to_string(status)));
   }
-  return bytes;
+  return std::move(written_);
 }
 
 }  // namespace penumbra

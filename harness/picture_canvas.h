@@ -1,6 +1,8 @@
 #pragma once
 
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,17 +15,23 @@ struct _cairo_surface;
 
 namespace penumbra {
 
+enum class PictureFormat { Png, Svg, Pdf };
+
+/// By the end of a file's name. @return nothing for any other
+std::optional<PictureFormat> picture_format(const std::filesystem::path& file);
+
 /// Which point of a text its position means.
 enum class Anchor { Left, Center, Right };
 
-/// A white sheet of pixels to draw on, and its PNG. Coordinates in pixels, y downwards. Text is
-/// DejaVu Sans, UTF-8;
-/// "_{...}" lowers and shrinks what is in the braces. One thread at a time.
+/// A white sheet to draw on, and its file. Coordinates in pixels, y downwards; in SVG and PDF a
+/// pixel is a point, texts and lines stay vectors, and painted pixels stay pixels. Text is DejaVu
+/// Sans, UTF-8; "_{...}" lowers and shrinks what is in the braces. One thread at a time.
 class Canvas {
  public:
   /// @param width, height  at least 1
   /// Errors: RunError when Cairo cannot make a sheet of this size (32767 pixels per side).
-  Canvas(int width, int height);
+  Canvas(int width, int height, PictureFormat format = PictureFormat::Png);
+  ~Canvas();
 
   /// Sets a block of pixels exactly.
   /// @param area    lies inside the sheet
@@ -56,9 +64,9 @@ class Canvas {
   /// Width of a line [px].
   double text_width(std::string_view text, double size);
 
-  /// The sheet as a PNG file.
+  /// The finished sheet as a file; nothing can be drawn after that.
   /// Errors: RunError with Cairo's reason, such as text that is not UTF-8.
-  std::string png() const;
+  std::string bytes();
 
  private:
   struct Free {
@@ -67,6 +75,9 @@ class Canvas {
   };
   void show_fitted(std::string_view text, double size, double max_width, Anchor anchor);
 
+  int width_, height_;
+  PictureFormat format_;
+  std::string written_;  ///< by SVG and PDF surfaces; outlives them
   std::unique_ptr<_cairo_surface, Free> surface_;
   std::unique_ptr<_cairo, Free> context_;
 };

@@ -1,5 +1,8 @@
 #include "harness/report.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <map>
 #include <set>
 #include <string>
@@ -13,13 +16,20 @@
 namespace penumbra {
 namespace {
 
-std::filesystem::path existing(const std::filesystem::path& folder, const char* name) {
-  std::filesystem::path file = folder / name;
+/// Reads one file of the folder. Where it cannot be read, that is noted with what it means.
+template <class Read>
+auto read_part(const std::filesystem::path& file, const std::string& meaning,
+               std::vector<std::string>& missing, const Read& read) -> decltype(read(file)) {
   if (!std::filesystem::exists(file)) {
-    throw InputError(file.string() +
-                     ": there is no such file; expected a folder of `penumbra run`");
+    missing.push_back(fmt::format("{}: {}", file.filename().string(), meaning));
+    return {};
   }
-  return file;
+  try {
+    return read(file);
+  } catch (const InputError& error) {
+    missing.push_back(fmt::format("{}: {} ({})", file.filename().string(), meaning, error.what()));
+    return {};
+  }
 }
 
 /// What the pictures of single runs say, where they and their reference are there.
@@ -39,8 +49,9 @@ void add_replicates(const std::filesystem::path& folder, Report& report) {
     cell.id = first.cell;
     cell.label = row.label;
     cell.sampler = *parse_sampler_kind(row.sampler);
-    write_replicate_picture(image_file(folder, row.scene, cell, "-stddev.exr"), *summary,
-                            *place->second);
+    const std::filesystem::path picture = image_file(folder, row.scene, cell, "-stddev.exr");
+    std::filesystem::create_directories(picture.parent_path());
+    write_replicate_picture(picture, *summary, *place->second);
   }
 }
 
@@ -61,15 +72,35 @@ TableOptions table_options(const ExperimentConfig& config) {
 }
 
 Report make_report(const std::filesystem::path& folder) {
-  Report report;
-  report.config = load_config(existing(folder, "config.resolved.json"));
-  std::set<std::string> current;
-  for (const PlannedCell& cell : read_plan_file(existing(folder, "plan.lock.json")).cells) {
-    current.insert(cell.id);
+  const std::filesystem::path config = folder / "config.resolved.json";
+  const std::filesystem::path plan = folder / "plan.lock.json";
+  const std::filesystem::path measurements = folder / "measurements.csv";
+  if (!std::filesystem::exists(config) && !std::filesystem::exists(plan) &&
+      !std::filesystem::exists(measurements)) {
+    throw InputError(folder.string() +
+                     ": expected a folder of `penumbra run`, with measurements.csv, "
+                     "config.resolved.json and plan.lock.json; found none of them");
   }
-  report.rows = read_run_rows(existing(folder, "measurements.csv")).rows;
-  report.stale_rows =
-      std::erase_if(report.rows, [&](const RunRow& row) { return current.count(row.cell) == 0; });
+  Report report;
+  report.config =
+      read_part(config, "the baseline is the first label by alphabet, published ratios are unknown",
+                report.missing, [](const auto& file) { return load_config(file); });
+  const PlanFile planned = read_part(plan, "rows of cells that the config no longer has are shown",
+                                     report.missing, read_plan_file);
+  report.rows = read_part(measurements, "nothing was measured", report.missing, read_run_rows).rows;
+  if (!planned.cells.empty()) {
+    std::set<std::string> current;
+    for (const PlannedCell& cell : planned.cells) current.insert(cell.id);
+    report.stale_rows =
+        std::erase_if(report.rows, [&](const RunRow& row) { return current.count(row.cell) == 0; });
+  }
+  if (report.config.name.empty()) report.config.name = folder.filename().string();
+  if (report.config.baseline.empty() && !report.rows.empty()) {
+    const auto first =
+        std::min_element(report.rows.begin(), report.rows.end(),
+                         [](const RunRow& a, const RunRow& b) { return a.label < b.label; });
+    report.config.baseline = first->label;
+  }
   report.tables = make_tables(report.rows, table_options(report.config));
   add_replicates(folder, report);
   return report;

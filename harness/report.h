@@ -14,15 +14,18 @@ struct Report {
   ExperimentConfig config;
   std::vector<RunRow> rows;  ///< of the cells that the folder's plan has
   ReportTables tables;
-  std::size_t stale_rows{0};  ///< of other cells: left out
+  std::size_t stale_rows{0};         ///< of other cells: left out
+  std::vector<std::string> missing;  ///< files that are not there or cannot be read, and what that
+                                     ///< means, in words
 };
 
 /// How an experiment's tables are made.
 TableOptions table_options(const ExperimentConfig& config);
 
 /// Reads a result folder: config.resolved.json, plan.lock.json, measurements.csv and, where they
-/// are, the pictures of single runs, whose standard deviation it writes as pictures.
-/// @throws InputError when it is not a result folder, or a file in it cannot be read
+/// are, the pictures of single runs, whose standard deviation it writes as pictures. A file that is
+/// missing or malformed is named in Report::missing, and the rest is reported.
+/// @throws InputError when the folder has none of the files
 Report make_report(const std::filesystem::path& folder);
 
 }  // namespace penumbra

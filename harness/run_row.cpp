@@ -124,6 +124,8 @@ std::vector<EfficiencyRow> read_efficiency_rows(const std::filesystem::path& fil
   return read_whole_table<EfficiencyRow>(kEfficiencyColumns, file);
 }
 
+std::span<const Column<RunRow>> run_table_columns() { return kRunColumns; }
+
 std::span<const Column<EfficiencyRow>> efficiency_table_columns() { return kEfficiencyColumns; }
 
 }  // namespace penumbra

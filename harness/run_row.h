@@ -176,7 +176,8 @@ struct EfficiencyRow {
 CsvRecord run_columns();
 CsvRecord efficiency_columns();
 
-/// The columns of efficiency.csv with their units, for other forms of the table.
+/// The columns of both with their units, for other forms of the tables.
+std::span<const Column<RunRow>> run_table_columns();
 std::span<const Column<EfficiencyRow>> efficiency_table_columns();
 
 /// Fields in the order of run_columns().

@@ -16,7 +16,6 @@
 namespace penumbra {
 namespace {
 
-constexpr double kPixelWarning = 200;
 constexpr std::string_view kBudgetTitle = "Budget";
 constexpr std::string_view kPublishedTitle = "published ratio";
 
@@ -30,7 +29,7 @@ bool noisy_reference(const EfficiencyRow& row) {
 }
 
 bool few_pixels(const EfficiencyRow& row) {
-  return row.p_eff.has_value() && *row.p_eff < kPixelWarning;
+  return row.p_eff.has_value() && *row.p_eff < kFewPixels;
 }
 
 bool has_published(std::span<const EfficiencyRow> rows) {

@@ -5,11 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "harness/figure.h"
+
 /// The subcommands of `penumbra`. Each returns its exit code; user faults are thrown as InputError
 /// and the like, and main turns them into a message and a code.
 namespace penumbra {
 
-struct Report;
 class Experiment;
 struct EfficiencyRow;
 
@@ -64,11 +65,22 @@ struct RunCommandOptions {
 };
 int run_command(const RunCommandOptions& options);
 
-/// Makes all tables of a result folder again from its raw rows.
-int report_command(const std::filesystem::path& folder);
+struct ReportOptions {
+  std::filesystem::path folder;  ///< of a run's results
+  bool embed{false};             ///< pictures into the page itself
+};
+/// Makes all tables and the page of a result folder again from its raw rows.
+int report_command(const ReportOptions& options);
 
 /// Prints a report's table, and what was left out.
 void show_report(const Report& report);
+
+struct FigureCommandOptions {
+  std::filesystem::path folder;  ///< of a run's results
+  FigureOptions figure;
+};
+/// Draws a strip of a scene's pictures for a paper.
+int figure_command(const FigureCommandOptions& options);
 
 struct RenderOptions {
   std::string scene;  ///< name of a shipped scene or a scene file

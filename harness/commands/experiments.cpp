@@ -7,7 +7,9 @@
 
 #include "harness/calibration.h"
 #include "harness/commands/commands.h"
+#include "harness/curves.h"
 #include "harness/experiment.h"
+#include "harness/page/page.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
 #include "harness/reference_job.h"
@@ -145,6 +147,23 @@ void warn_of_missed_budgets(const ExperimentConfig& config,
   }
 }
 
+// Says which cells spread their estimates unevenly over the camera samples, which costs efficiency
+// that has nothing to do with the estimator.
+void warn_of_uneven_samples(const Experiment& experiment, const std::vector<int>& spp) {
+  constexpr double kShown = 0.01;
+  for (std::size_t i = 0; i < spp.size(); ++i) {
+    const Cell& cell = experiment.cells()[i];
+    const SceneConfig& scene = *experiment.scenes()[cell.scene].config;
+    const double loss = spp[i] / effective_spp(spp[i], scene.camera_samples) - 1.0;
+    if (loss <= kShown) continue;
+    warn(fmt::format(
+        "{}, {} ({}): SPP {} over {} camera samples has {:.1f} % more variance than if they were "
+        "spread evenly; set camera_samples to 1, or a larger budget",
+        scene.name, cell.label, to_string(cell.sampler), spp[i], scene.camera_samples,
+        100.0 * loss));
+  }
+}
+
 }  // namespace
 
 int validate_command(const ConfigOptions& options) {
@@ -165,6 +184,9 @@ int plan_command(const ConfigOptions& options) {
   const double pilots_s = experiment.config().budget ? piloting.wall_s() : 0.0;
   print_cells(experiment, plan);
   print_prediction(experiment, plan, {loading_s, pilots_s});
+  std::vector<int> spp;
+  for (const PlannedCell& cell : plan) spp.push_back(cell.spp);
+  warn_of_uneven_samples(experiment, spp);
   return kSuccess;
 }
 
@@ -182,8 +204,12 @@ int run_command(const RunCommandOptions& options) {
 
   const Report report = make_report(run_options.out);
   write_tables(run_options.out, report.tables);
+  const std::filesystem::path page = write_page(run_options.out, report, {});
   show_report(report);
   warn_of_missed_budgets(experiment.config(), report.tables.efficiency);
+  std::vector<int> spp;
+  for (const Cell& cell : experiment.cells()) spp.push_back(cell.spp);
+  warn_of_uneven_samples(experiment, spp);
   warn_of_reference_shares(experiment, report.tables.efficiency, options.config);
   if (outcome.rows_contaminated > 0) {
     warn(
@@ -199,8 +225,8 @@ int run_command(const RunCommandOptions& options) {
     total += stage.wall_s;
   }
   fmt::print("  {:<26} {}\n", "together", duration_text(total));
-  fmt::print("table: {}\npictures: {}\n", (run_options.out / "efficiency.md").string(),
-             (run_options.out / "images").string());
+  fmt::print("report: {}\ntable: {}\npictures: {}\n", page.string(),
+             (run_options.out / "efficiency.md").string(), (run_options.out / "images").string());
   if (outcome.interrupted) {
     note("interrupted; what was measured is kept, the same command goes on from here");
     return kInterrupted;

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include "harness/commands/commands.h"
+#include "harness/page/page.h"
 #include "harness/progress.h"
 
 namespace penumbra {
 
 void show_report(const Report& report) {
   fmt::print("{}", to_terminal(report.tables));
+  for (const std::string& missing : report.missing) warn(missing);
   if (report.stale_rows > 0) {
     note(
         fmt::format("{} rows are of cells that the config no longer has; they stay in "
@@ -17,11 +19,13 @@ void show_report(const Report& report) {
   }
 }
 
-int report_command(const std::filesystem::path& folder) {
+int report_command(const ReportOptions& options) {
+  const std::filesystem::path& folder = options.folder;
   const Report report = make_report(folder);
   write_tables(folder, report.tables);
+  const std::filesystem::path page = write_page(folder, report, {options.embed});
   show_report(report);
-  fmt::print("table: {}\n", (folder / "efficiency.md").string());
+  fmt::print("table: {}\nreport: {}\n", (folder / "efficiency.md").string(), page.string());
   return kSuccess;
 }
 

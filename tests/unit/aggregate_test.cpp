@@ -170,6 +170,35 @@ TEST(Ecdf, SharesRiseOverScenesAndTargets) {
   EXPECT_GT(last.value(), 0.8);
 }
 
+TEST(Ecdf, MethodWithAnSrlForEachSceneIsOneMethodAndASweepIsNot) {
+  std::vector<RunRow> rows;
+  const std::vector<std::pair<std::string, int>> srl_by_scene{{"a", 8}, {"b", 12}};
+  for (const auto& [scene, srl] : srl_by_scene) {
+    append(rows, budget_rows(scene, "mis", 1));
+    for (RunRow row : budget_rows(scene, "pmc", scene == "a" ? 0.4 : 0.8)) {
+      row.srl = row.srl_initial = srl;
+      rows.push_back(row);
+    }
+  }
+  // Shares rise along one method's rows.
+  const auto methods_in = [](const std::vector<RunRow>& runs) {
+    int methods = 1;
+    double last = 0;
+    for (const EcdfRow& row : time_to_target_ecdf(error_curves(runs, options()), options())) {
+      if (row.metric != "mse" || row.label != "pmc" || !row.share) continue;
+      methods += *row.share < last ? 1 : 0;
+      last = *row.share;
+    }
+    return methods;
+  };
+  EXPECT_EQ(methods_in(rows), 1);
+  for (RunRow row : budget_rows("a", "pmc", 0.6)) {
+    row.srl = row.srl_initial = 12;
+    rows.push_back(row);
+  }
+  EXPECT_EQ(methods_in(rows), 2) << "a sweep in one scene";
+}
+
 TEST(Ecdf, BaselineReachesItsOwnTargetsInItsOwnTime) {
   for (const EcdfRow& row : time_to_target_ecdf(three_scenes(), options())) {
     if (row.label != "mis") continue;

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+
+#include "harness/page/page_images.h"
+#include "harness/report.h"
+
+namespace penumbra {
+
+/// Of the data inside report.html. Keys may be added without another version.
+inline constexpr int kPageDataVersion = 1;
+
+/// Everything that the page shows, as JSON: {"format": "penumbra-report", "version", "name",
+/// "summary", "folder", "baseline", "tuned_baseline", "confidence", "primary_time", "statements",
+/// "colors", "efficiency", "curves", "curve_points", "aggregate", "ecdf", "runs", "images",
+/// "crops", "exposure", "missing", "files", "environment", "plan", "config", "stability"}. Tables
+/// are {"columns", "rows"} with the names and units of their CSV files (column_json.h).
+nlohmann::ordered_json page_data(const std::filesystem::path& folder, const Report& report,
+                                 const PageImages& images);
+
+}  // namespace penumbra

@@ -1,0 +1,163 @@
+// `penumbra report` and `penumbra figure` on folders of runs, whole and partial.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "harness/run_row.h"
+#include "tests/e2e/command_line_fixture.h"
+
+namespace penumbra {
+namespace {
+
+using nlohmann::json;
+
+class ReportCommand : public CommandLine {
+ protected:
+  static constexpr const char* kSummary = "a </script><b> & \"study\" <!-- of it";
+
+  void run_checkerboard(const std::string& name) {
+    const json config = {
+        {"version", 1},
+        {"name", name},
+        {"summary", kSummary},
+        {"baseline", "MIS"},
+        {"spp", 2},
+        {"blocks", 2},
+        {"scenes",
+         {{{"name", "checkerboard"},
+           {"resolution", {40, 24}},
+           {"camera_samples", 2},
+           {"reference", {{"spp", 8}, {"srl", 8}}}}}},
+        {"methods",
+         {{{"label", "MIS"}, {"estimator", "mis"}, {"srl", 4}},
+          {{"label", "PMC-HI"}, {"estimator", "pmc_hi"}, {"srl", "2-4"}}}},
+        {"images",
+         {{"crops",
+           {{{"name", "squares"}, {"scene", "checkerboard"}, {"rectangle", {4, 8, 16, 12}}}}}}}};
+    write_file("report.json", config.dump());
+    const Outcome outcome = run("run report.json --out out");
+    ASSERT_EQ(outcome.code, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("report: "), std::string::npos) << outcome.output;
+  }
+
+  json page_data() const {
+    const std::string page = read_text(root_ / "out/report.html");
+    const std::string begin = "<script id=\"data\" type=\"application/json\">";
+    const std::size_t at = page.find(begin);
+    EXPECT_NE(at, std::string::npos);
+    const std::size_t end = page.find("</script>", at);
+    return json::parse(page.substr(at + begin.size(), end - at - begin.size()));
+  }
+};
+
+TEST_F(ReportCommand, PageHasTheTablesAndPicturesWhateverTheSummarySays) {
+  run_checkerboard("page");
+  const json data = page_data();
+  EXPECT_EQ(data["name"], "page");
+  EXPECT_EQ(data["summary"], kSummary);
+  EXPECT_EQ(data["efficiency"]["rows"].size(), 2u);
+  EXPECT_EQ(data["runs"]["rows"].size(), 4u);
+  EXPECT_EQ(data["missing"], json::array());
+  EXPECT_EQ(data["crops"][0]["name"], "squares");
+  int references = 0;
+  int maps = 0;
+  for (const json& image : data["images"]) {
+    references += image["label"] == "";
+    maps += image["channels"] == 1;
+    EXPECT_TRUE(fs::exists(root_ / "out" / image["script"].get<std::string>())) << image;
+  }
+  EXPECT_EQ(references, 1);
+  EXPECT_GT(maps, 0) << "PMC-HI has maps of its mixture";
+  EXPECT_EQ(read_text(root_ / "out/report.html").find("<b> &"), std::string::npos);
+}
+
+TEST_F(ReportCommand, PartialAndMalformedFoldersSayWhatIsMissing) {
+  run_checkerboard("partial");
+  fs::remove(root_ / "out/plan.lock.json");
+  fs::remove_all(root_ / "out/images");
+  std::ofstream(root_ / "out/config.resolved.json") << "{\"version\": 1";
+  std::ofstream(root_ / "out/environment.json") << "]";
+  const Outcome outcome = run("report out");
+  EXPECT_EQ(outcome.code, 0) << outcome.output;
+  const json data = page_data();
+  EXPECT_EQ(data["name"], "out") << "the folder's";
+  EXPECT_EQ(data["baseline"], "MIS");
+  EXPECT_EQ(data["efficiency"]["rows"].size(), 2u);
+  EXPECT_TRUE(data["environment"].is_null());
+  const std::string missing = data["missing"].dump();
+  for (const char* part :
+       {"plan.lock.json", "config.resolved.json", "picture of checkerboard, MIS"}) {
+    EXPECT_NE(missing.find(part), std::string::npos) << part << " in " << missing;
+    EXPECT_TRUE(std::string(part).find("picture") == 0 ||
+                outcome.output.find(part) != std::string::npos)
+        << outcome.output;
+  }
+}
+
+TEST_F(ReportCommand, MeasurementsThatCannotBeReadLeaveAPage) {
+  run_checkerboard("broken");
+  std::ofstream(root_ / "out/measurements.csv") << "run_id,scene\nx\n";
+  EXPECT_EQ(run("report out").code, 0);
+  EXPECT_EQ(page_data()["efficiency"]["rows"].size(), 0u);
+  EXPECT_NE(page_data()["missing"].dump().find("measurements.csv: nothing was measured"),
+            std::string::npos);
+}
+
+TEST_F(ReportCommand, OtherFoldersAreRefused) {
+  fs::create_directory(root_ / "other");
+  const Outcome outcome = run("report other");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.output.find("found none of them"), std::string::npos) << outcome.output;
+  EXPECT_FALSE(fs::exists(root_ / "other/report.html"));
+}
+
+// The issue's own size. No time is asserted; the page's is seen in the test's duration.
+TEST_F(ReportCommand, TwoHundredCellsGiveAPage) {
+  run_checkerboard("large");
+  const std::vector<RunRow> rows = read_run_rows(root_ / "out/measurements.csv").rows;
+  std::string text = csv_line(run_columns());
+  for (int copy = 0; copy < 100; ++copy) {
+    for (RunRow row : rows) {
+      row.run_id += std::to_string(copy);
+      row.scene += std::to_string(copy / 5);
+      row.label += copy % 5 == 0 ? "" : std::to_string(copy % 5);
+      text += csv_line(run_record(row));
+    }
+  }
+  std::ofstream(root_ / "out/measurements.csv") << text;
+  const Outcome outcome = run("report out");
+  EXPECT_EQ(outcome.code, 0) << outcome.output;
+  EXPECT_EQ(page_data()["efficiency"]["rows"].size(), 200u);
+}
+
+TEST_F(ReportCommand, FigureIsAPngSvgOrPdf) {
+  run_checkerboard("figure");
+  const std::vector<std::pair<std::string, std::string>> heads = {
+      {"png", "\x89PNG"}, {"svg", "<?xml"}, {"pdf", "%PDF"}};
+  for (const auto& [extension, head] : heads) {
+    const Outcome outcome =
+        run("figure out --scene checkerboard --crop squares --crop 0,0,20,10 -o f." + extension);
+    EXPECT_EQ(outcome.code, 0) << outcome.output;
+    EXPECT_EQ(read_text(root_ / ("f." + extension)).substr(0, head.size()), head);
+  }
+}
+
+TEST_F(ReportCommand, FigureNamesWhatItCannotFind) {
+  run_checkerboard("figure");
+  const auto refused = [&](const std::string& arguments, const std::string& message) {
+    const Outcome outcome = run("figure out " + arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments;
+    EXPECT_NE(outcome.output.find(message), std::string::npos) << outcome.output;
+  };
+  refused("--scene attic -o f.png", "there are pictures of: checkerboard");
+  refused("--scene checkerboard --method Mis -o f.png", "there are: MIS, PMC-HI");
+  refused("--scene checkerboard --crop 30,0,20,10 -o f.png", "inside 40 x 24 pixels");
+  refused("--scene checkerboard --crop 1,2,3 -o f.png", "or a crop of the config: squares");
+  refused("--scene checkerboard -o f.jpg", "ends in .png, .svg or .pdf");
+  EXPECT_FALSE(fs::exists(root_ / "f.png"));
+}
+
+}  // namespace
+}  // namespace penumbra
