@@ -207,7 +207,7 @@ class Figure {
       grid_height_ += 2 * (row.height + kPad);
     }
     grid_height_ -= kPad;
-    scale_ = symmetric_scale(errors, "error of the luminance [W/(m² sr)]");
+    scale_ = symmetric_scale(errors, "error [W/(m² sr)]");
     for (const ScalarImage& error : errors) add_exceeded(error, scale_, exceeded_);
     const Image& whole = subject_.reference;
     whole_height_ = std::min(grid_height_, static_cast<int>(480.0 * whole.height / whole.width));
@@ -217,7 +217,7 @@ class Figure {
 
   std::string bytes(PictureFormat format) {
     Canvas ruler(1, 1);
-    const int bar = color_bar_width(ruler, scale_, kFont, grid_height_ / 2);
+    const int bar = color_bar_width(ruler, scale_, kFont, bar_height());
     const int columns = static_cast<int>(subject_.methods.size()) + 1;
     const int grid_x = kPad + whole_width_ + 2 * kPad;
     const int width = grid_x + columns * (column_width_ + kPad) + bar + 2 * kPad;
@@ -235,12 +235,13 @@ class Figure {
     for (int c = 0; c < columns; ++c) draw_names(canvas, c, column_x(grid_x, c), y);
     draw_color_bar(canvas,
                    {grid_x + columns * (column_width_ + kPad) + kPad / 2,
-                    kPad + kLine + kPad / 2 + grid_height_ / 4, bar, grid_height_ / 2},
+                    kPad + kLine + kPad / 2 + grid_height_ / 8, bar, bar_height()},
                    scale_, kFont, exceeded_);
     return canvas.bytes();
   }
 
  private:
+  int bar_height() const { return grid_height_ * 3 / 4; }
   int column_x(int grid_x, int column) const { return grid_x + column * (column_width_ + kPad); }
 
   /// The reference with the crops marked.

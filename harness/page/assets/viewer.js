@@ -354,7 +354,7 @@ class Viewer {
       const pixel = isRadiance ? [0, 1, 2].map((c) => values[i][c * n + index]) : [values[i][index]];
       if (!image.label) reference = pixel;
       const line = element("tr", { "data-key": image.key }, element("th", { class: "text", scope: "row" }, this.title(image)));
-      for (const value of pixel) line.append(element("td", { "data-value": String(value) }, String(Number(value.toPrecision(6)))));
+      for (const value of pixel) line.append(element("td", { "data-value": String(value), title: String(value) }, String(Number(value.toPrecision(4)))));
       if (isRadiance) {
         const brightness = (p) => 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
         const relative = reference && image.label ? brightness(pixel) / brightness(reference) - 1 : null;
