@@ -71,12 +71,14 @@ void add_config_commands(CLI::App& app, Options& o) {
   run->add_option("--only", o.run.only, "Glob on scene/label/sampler: only these cells");
   run->add_option("--tag", o.run.tag, "Only methods with this tag");
   run->add_option("--threads", o.run.threads, "0: all cores");
+  run->add_flag("--json", o.run.json, "Prints efficiency.json in place of the tables");
 
   CLI::App* report = app.add_subcommand(
       "report", "Makes all tables and the page (report.html) of a result folder again");
   report->add_option("DIR", o.report.folder, "Folder of a run's results")->required();
   report->add_flag("--embed", o.report.embed,
                    "Pictures into the page itself, in place of a folder beside it");
+  report->add_flag("--json", o.report.json, "Prints efficiency.json in place of the tables");
 }
 
 void add_figure(CLI::App& app, Options& o) {

@@ -62,18 +62,20 @@ struct RunCommandOptions {
   std::string tag;
   std::optional<int> threads;
   std::string command_line;
+  bool json{false};  ///< the efficiency table on stdout, nothing else
 };
 int run_command(const RunCommandOptions& options);
 
 struct ReportOptions {
   std::filesystem::path folder;  ///< of a run's results
   bool embed{false};             ///< pictures into the page itself
+  bool json{false};              ///< the efficiency table on stdout, nothing else
 };
 /// Makes all tables and the page of a result folder again from its raw rows.
 int report_command(const ReportOptions& options);
 
-/// Prints a report's table, and what was left out.
-void show_report(const Report& report);
+/// Prints a report's tables or, for machines, efficiency.json; and what was left out.
+void show_report(const Report& report, bool json);
 
 struct FigureCommandOptions {
   std::filesystem::path folder;  ///< of a run's results

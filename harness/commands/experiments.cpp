@@ -164,6 +164,21 @@ void warn_of_uneven_samples(const Experiment& experiment, const std::vector<int>
   }
 }
 
+// What was done, how long its stages took, and where the results are.
+void show_outcome(const Experiment& experiment, const RunOutcome& outcome,
+                  const std::filesystem::path& out, const std::filesystem::path& page) {
+  fmt::print("\n{} runs measured, {} found in {}\n", outcome.rows_measured, outcome.rows_found,
+             out.string());
+  double total = 0.0;
+  for (const StageTime& stage : experiment.stages()) {
+    fmt::print("  {:<26} {}\n", stage.name, duration_text(stage.wall_s));
+    total += stage.wall_s;
+  }
+  fmt::print("  {:<26} {}\n", "together", duration_text(total));
+  fmt::print("report: {}\ntable: {}\npictures: {}\n", page.string(),
+             (out / "efficiency.md").string(), (out / "images").string());
+}
+
 }  // namespace
 
 int validate_command(const ConfigOptions& options) {
@@ -205,7 +220,7 @@ int run_command(const RunCommandOptions& options) {
   const Report report = make_report(run_options.out);
   write_tables(run_options.out, report.tables);
   const std::filesystem::path page = write_page(run_options.out, report, {});
-  show_report(report);
+  show_report(report, options.json);
   warn_of_missed_budgets(experiment.config(), report.tables.efficiency);
   std::vector<int> spp;
   for (const Cell& cell : experiment.cells()) spp.push_back(cell.spp);
@@ -217,16 +232,7 @@ int run_command(const RunCommandOptions& options) {
                     "column \"contaminated\" of measurements.csv says how",
                     outcome.rows_contaminated, experiment.config().attempts));
   }
-  fmt::print("\n{} runs measured, {} found in {}\n", outcome.rows_measured, outcome.rows_found,
-             run_options.out.string());
-  double total = 0.0;
-  for (const StageTime& stage : experiment.stages()) {
-    fmt::print("  {:<26} {}\n", stage.name, duration_text(stage.wall_s));
-    total += stage.wall_s;
-  }
-  fmt::print("  {:<26} {}\n", "together", duration_text(total));
-  fmt::print("report: {}\ntable: {}\npictures: {}\n", page.string(),
-             (run_options.out / "efficiency.md").string(), (run_options.out / "images").string());
+  if (!options.json) show_outcome(experiment, outcome, run_options.out, page);
   if (outcome.interrupted) {
     note("interrupted; what was measured is kept, the same command goes on from here");
     return kInterrupted;

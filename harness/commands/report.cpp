@@ -5,11 +5,13 @@
 #include "harness/commands/commands.h"
 #include "harness/page/page.h"
 #include "harness/progress.h"
+#include "harness/table_json.h"
 
 namespace penumbra {
 
-void show_report(const Report& report) {
-  fmt::print("{}", to_terminal(report.tables));
+void show_report(const Report& report, bool json) {
+  fmt::print("{}", json ? to_json(report.tables.efficiency, report.tables.options)
+                        : to_terminal(report.tables));
   for (const std::string& missing : report.missing) warn(missing);
   if (report.stale_rows > 0) {
     note(
@@ -24,7 +26,8 @@ int report_command(const ReportOptions& options) {
   const Report report = make_report(folder);
   write_tables(folder, report.tables);
   const std::filesystem::path page = write_page(folder, report, {options.embed});
-  show_report(report);
+  show_report(report, options.json);
+  if (options.json) return kSuccess;
   fmt::print("table: {}\nreport: {}\n", (folder / "efficiency.md").string(), page.string());
   return kSuccess;
 }

@@ -105,6 +105,16 @@ TEST_F(ReportCommand, MeasurementsThatCannotBeReadLeaveAPage) {
             std::string::npos);
 }
 
+TEST_F(ReportCommand, JsonIsAllThatMachinesRead) {
+  run_checkerboard("json");
+  const Outcome outcome = run_shell("'" PENUMBRA_EXECUTABLE "' report out --json 2>/dev/null");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(json::parse(outcome.output)["rows"].size(), 2u);
+  const Outcome again =
+      run_shell("'" PENUMBRA_EXECUTABLE "' run report.json --out out --json 2>/dev/null");
+  EXPECT_EQ(json::parse(again.output), json::parse(outcome.output));
+}
+
 TEST_F(ReportCommand, OtherFoldersAreRefused) {
   fs::create_directory(root_ / "other");
   const Outcome outcome = run("report other");

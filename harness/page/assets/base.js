@@ -125,11 +125,11 @@ function headlineRows() {
   return [...chosen.values()];
 }
 
-function standing(row) {
-  if (!isNumber(row.ratio)) return "none";
-  if (!isNumber(row.ratio_lo) || !isNumber(row.ratio_hi)) return "undecided";
-  if (row.ratio_lo > 1) return "better";
-  return row.ratio_hi < 1 ? "worse" : "undecided";
+function standing(ratio, lo, hi) {
+  if (!isNumber(ratio)) return "none";
+  if (!isNumber(lo) || !isNumber(hi)) return "undecided";
+  if (lo > 1) return "better";
+  return hi < 1 ? "worse" : "undecided";
 }
 
 const themeListeners = [];

@@ -35,18 +35,24 @@ function matrix() {
 function matrixCell(cell) {
   if (!cell) return element("td", { class: "none" }, "-");
   const { row, index } = cell;
-  const kind = row.verdict === "failed" ? "none" : standing(row);
-  const mark = { better: "\u25b2 ", worse: "\u25bc ", undecided: "\u2248 ", none: "" }[kind];
-  const isBaseline = row.label === report.baseline;
-  let value = row.verdict === "failed" ? "failed" : mark + ratioText(row.ratio) + (isNumber(row.ratio) ? "\u00d7" : "");
-  let range = rangeText(row.ratio_lo, row.ratio_hi);
-  if (isBaseline) { value = "baseline"; range = ""; }
-  else if (!isNumber(row.ratio) && isNumber(row.eff_cpu)) {
+  if (row.label === report.tuned_baseline && !isNumber(row.ratio)) {
+    // Its sampler is its own; the baseline was compared with it, which is the inverse.
     const base = rows.find((other) => other.scene === row.scene && other.label === report.baseline &&
-      other.budget_s === row.budget_s && isNumber(other.eff_cpu));
-    if (base) { value = ratioText(row.eff_cpu / base.eff_cpu) + "\u00d7"; range = "other sampler, no interval"; }
+      other.budget_s === row.budget_s && isNumber(other.ratio_tuned));
+    if (base) return matrixCellOf(row, index, 1 / base.ratio_tuned, 1 / base.ratio_tuned_hi, 1 / base.ratio_tuned_lo);
   }
-  const td = element("td", { class: isBaseline ? "none" : kind },
+  return matrixCellOf(row, index, row.ratio, row.ratio_lo, row.ratio_hi);
+}
+
+/** @param ratio  to the baseline, with its interval */
+function matrixCellOf(row, index, ratio, lo, hi) {
+  const isBaseline = row.label === report.baseline;
+  const kind = row.verdict === "failed" || isBaseline ? "none" : standing(ratio, lo, hi);
+  const mark = { better: "\u25b2 ", worse: "\u25bc ", undecided: "\u2248 ", none: "" }[kind];
+  const value = row.verdict === "failed" ? "failed" : isBaseline ? "baseline"
+    : mark + ratioText(ratio) + (isNumber(ratio) ? "\u00d7" : "");
+  const range = isBaseline ? "" : rangeText(lo, hi);
+  const td = element("td", { class: kind },
     element("a", { href: "#row-" + index, class: "value", title: row.note || null }, value));
   if (range) td.append(element("span", { class: "range" }, range));
   if (isNumber(row.ratio_published) && !isBaseline) {
