@@ -76,10 +76,12 @@ Report make_report(const std::filesystem::path& folder) {
   const std::filesystem::path plan = folder / "plan.lock.json";
   const std::filesystem::path measurements = folder / "measurements.csv";
   if (!std::filesystem::exists(config) && !std::filesystem::exists(plan) &&
-      !std::filesystem::exists(measurements)) {
+      !std::filesystem::exists(measurements) &&
+      !std::filesystem::exists(folder / "stability.json")) {
     throw InputError(folder.string() +
                      ": expected a folder of `penumbra run`, with measurements.csv, "
-                     "config.resolved.json and plan.lock.json; found none of them");
+                     "config.resolved.json and plan.lock.json, or of `penumbra stability`; found "
+                     "none of their files");
   }
   Report report;
   report.config =

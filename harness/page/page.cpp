@@ -75,8 +75,8 @@ std::filesystem::path write_page(const std::filesystem::path& folder, const Repo
       inside_script(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   const std::string vega = vega_script();
   std::string script;
-  for (const std::string_view part :
-       {kPageBaseJs, kPageTablesJs, kPagePlotsJs, kPagePixelsJs, kPageViewerJs, kPageMainJs}) {
+  for (const std::string_view part : {kPageBaseJs, kPageTablesJs, kPagePlotSpecsJs, kPagePlotsJs,
+                                      kPagePixelsJs, kPageViewerJs, kPageMainJs}) {
     script += part;
   }
   const std::string title = inside_html(report.config.name);

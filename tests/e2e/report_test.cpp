@@ -119,7 +119,7 @@ TEST_F(ReportCommand, OtherFoldersAreRefused) {
   fs::create_directory(root_ / "other");
   const Outcome outcome = run("report other");
   EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.output.find("found none of them"), std::string::npos) << outcome.output;
+  EXPECT_NE(outcome.output.find("found none of their files"), std::string::npos) << outcome.output;
   EXPECT_FALSE(fs::exists(root_ / "other/report.html"));
 }
 
