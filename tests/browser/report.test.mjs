@@ -1,7 +1,7 @@
 // A report as its reader has it: opened from disk, without a network.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { cpSync, mkdtempSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { cpSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -136,6 +136,29 @@ test("nothing is wider than the window at 1280 and 390 pixels", async () => {
     await page.evaluate(() => window.scrollTo(0, 0));
     await page.screenshot({ path: `report-${width}.png`, fullPage: true });
   }
+});
+
+test("a scene can be shown alone, by button and by address", async () => {
+  const copy = join(temporary, "scenes");
+  cpSync(results, copy, { recursive: true });
+  const measurements = join(copy, "measurements.csv");
+  const [head, ...lines] = readFileSync(measurements, "utf8").trimEnd().split("\n");
+  const renamed = lines.map((line) => line.replace(/^(\w+),checkerboard,/, "$1x,attic,"));
+  writeFileSync(measurements, [head, ...lines, ...renamed, ""].join("\n"));
+  run("report", copy);
+  const { page, faults } = await open(copy);
+  const visible = () => page.locator("#efficiency-table tbody tr:visible").count();
+  assert.equal(await visible(), 8);
+  await page.getByRole("button", { name: "attic", exact: true }).click();
+  assert.equal(await visible(), 4);
+  const address = page.url();
+  assert.match(address, /#scene=attic$/);
+  await page.getByRole("button", { name: "All scenes" }).click();
+  assert.equal(await visible(), 8);
+  await page.goto(address);
+  await page.reload();
+  assert.equal(await visible(), 4);
+  assert.deepEqual(faults, []);
 });
 
 test("embedded pictures need no folder", async () => {

@@ -132,6 +132,22 @@ function standing(ratio, lo, hi) {
   return hi < 1 ? "worse" : "undecided";
 }
 
+/** Shows one scene alone, or all where it is null: a page of its own, linked as #scene=NAME. */
+const sceneListeners = [];
+function showScene(scene) {
+  for (const node of document.querySelectorAll("[data-scene]")) {
+    node.hidden = scene !== null && node.dataset.scene !== scene;
+  }
+  for (const button of document.querySelectorAll("#scenes button")) {
+    button.setAttribute("aria-pressed", String(button.value === (scene ?? "")));
+  }
+  for (const listener of sceneListeners) listener(scene);
+}
+function sceneOfAddress() {
+  const scene = decodeURIComponent((location.hash.match(/^#scene=(.*)$/) ?? [])[1] ?? "");
+  return scenes.includes(scene) ? scene : null;
+}
+
 const themeListeners = [];
 function setTheme(theme) {
   document.documentElement.dataset.theme = theme;

@@ -6,6 +6,7 @@ document.getElementById("theme").addEventListener("click", () => {
 setTheme(window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 fillAbout();
 fillSections();
+fillScenes();
 fillSummary();
 fillEfficiency();
 fillPlots();
@@ -16,3 +17,5 @@ new IntersectionObserver((entries, observer) => {
   observer.disconnect();
   fillImages();
 }, { rootMargin: "400px" }).observe(section("images"));
+window.addEventListener("hashchange", () => { if (location.hash.startsWith("#scene=")) showScene(sceneOfAddress()); });
+showScene(sceneOfAddress());

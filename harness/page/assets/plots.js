@@ -3,9 +3,9 @@
 const views = [];
 
 /** A figure with its plot, drawn to the width that it has, and buttons that save it. */
-function addFigure(place, title, name, spec, { wide = false, controls = [], note = "" } = {}) {
+function addFigure(place, title, name, spec, { wide = false, controls = [], note = "", scene = null } = {}) {
   const area = element("div", { class: "plot", role: "img", "aria-label": title });
-  const figure = element("figure", { class: wide ? "wide" : null });
+  const figure = element("figure", { class: wide ? "wide" : null, "data-scene": scene });
   const tools = element("span", { class: "tools" }, ...controls);
   for (const type of ["svg", "png"]) {
     tools.append(element("button", { type: "button", onclick: async () => {
@@ -17,6 +17,7 @@ function addFigure(place, title, name, spec, { wide = false, controls = [], note
   place.append(figure);
   let view = null;
   const draw = () => {
+    if (!figure.clientWidth) return;  // hidden: drawn when it is shown
     const width = Math.max(240, Math.min(1250, figure.clientWidth - 130));
     if (view) view.finalize();
     area.replaceChildren();
@@ -40,7 +41,7 @@ function addMeasuredFigures(grid) {
       let metric = "mse";
       const select = choice("Metric", ["mse", "relmse"], (value) => { metric = value; draw(); });
       const draw = addFigure(grid, `Error against run time: ${scene}`, `curve-${scene}`,
-        (width) => curvesSpec(scene, metric, width), { controls: [select] });
+        (width) => curvesSpec(scene, metric, width), { controls: [select], scene });
     }
     grid.append(element("p", { class: "soft", style: "grid-column:1/-1" }, "Bands: " + 100 * report.confidence +
       " % intervals of the mean over blocks. Slopes with their intervals are in curves.csv."));
@@ -58,7 +59,7 @@ function addMeasuredFigures(grid) {
   if (report.curves.rows.length) {
     for (const scene of scenes) {
       if (!rows.some((row) => row.scene === scene && biasOf(row))) continue;
-      addFigure(grid, `Bias of the mean against run time: ${scene}`, `bias-${scene}`, (width) => biasCurveSpec(scene, width));
+      addFigure(grid, `Bias of the mean against run time: ${scene}`, `bias-${scene}`, (width) => biasCurveSpec(scene, width), { scene });
     }
   } else if (rows.some((row) => biasOf(row))) {
     addFigure(grid, "Bias of the mean", "bias", biasForestSpec, { note: "Bars: t intervals over blocks; the axis is linear within 0.1 %." });
@@ -66,7 +67,7 @@ function addMeasuredFigures(grid) {
   for (const surface of surfaces()) {
     const [scene, method] = surface.key;
     addFigure(grid, `Error over a sweep: ${scene}, ${method}`, `surface-${scene}-${method}`,
-      (width) => surfaceSpec(surface, width - 60));
+      (width) => surfaceSpec(surface, width - 60), { scene });
   }
 }
 
@@ -87,6 +88,7 @@ function fillPlots() {
   const redraw = () => { for (const draw of views) draw(); };
   redraw();
   themeListeners.push(redraw);
+  sceneListeners.push(redraw);
   let pending = 0;
   window.addEventListener("resize", () => { clearTimeout(pending); pending = setTimeout(redraw, 150); });
 }

@@ -17,16 +17,32 @@ function fillSections() {
   }
 }
 
+/** Buttons that show one scene alone. */
+function fillScenes() {
+  if (scenes.length < 2) return;
+  const place = document.getElementById("scenes");
+  for (const scene of [null, ...scenes]) {
+    place.append(element("button", { type: "button", value: scene ?? "", onclick: () => {
+      history.replaceState(null, "", scene === null ? "#" : "#scene=" + encodeURIComponent(scene));
+      showScene(scene);
+    } }, scene ?? "All scenes"));
+  }
+}
+
 /** Methods by scenes: the ratio to the baseline, at a glance. */
 function matrix() {
   const cells = new Map(headlineRows().map(({ row, index }) =>
     [JSON.stringify([methodName(row), row.scene]), { row, index }]));
   const head = element("tr", {}, element("th", { class: "text", scope: "col" }, "Efficiency over " + report.baseline));
-  for (const scene of scenes) head.append(element("th", { scope: "col", style: "text-align:center" }, scene));
+  for (const scene of scenes) head.append(element("th", { scope: "col", style: "text-align:center", "data-scene": scene }, scene));
   const body = element("tbody");
   for (const method of methods) {
     const line = element("tr", {}, element("th", { class: "text", scope: "row" }, swatch(method), method));
-    for (const scene of scenes) line.append(matrixCell(cells.get(JSON.stringify([method, scene]))));
+    for (const scene of scenes) {
+      const cell = matrixCell(cells.get(JSON.stringify([method, scene])));
+      cell.dataset.scene = scene;
+      line.append(cell);
+    }
     body.append(line);
   }
   return element("div", { class: "scroll" }, element("table", { class: "matrix" }, element("thead", {}, head), body));
@@ -163,7 +179,7 @@ function fillEfficiency() {
 }
 
 function efficiencyLine(row, index, columns) {
-  const line = element("tr", { id: "row-" + index });
+  const line = element("tr", { id: "row-" + index, "data-scene": row.scene });
   for (const column of columns) {
     const td = element("td", { class: column.left ? "text" : null }, column.text(row));
     if (column.swatch) td.prepend(swatch(methodName(row)));

@@ -381,4 +381,7 @@ function fillImages() {
   }
   const viewer = new Viewer(place);
   themeListeners.push(() => viewer.draw());
+  const follow = (scene) => { if (scene !== null && viewer.list[0].scene !== scene && report.images.some((i) => i.scene === scene)) viewer.setScene(scene); };
+  sceneListeners.push(follow);
+  follow(sceneOfAddress());
 }
