@@ -277,23 +277,25 @@ function surfaces() {
 function surfaceSpec({ key, list }, width) {
   const second = key[3];
   const values = list.filter((row) => isNumber(row.err) && row.err > 0)
-    .map((row) => ({ srl: row.srl, second: row[second], err: row.err, spp: row.spp }));
-  const sorted = (name) => unique(values.map((v) => v[name])).sort((a, b) => a - b);
+    .map((row) => ({ split: srlText(row), srl: row.srl, second: row[second], err: row.err, spp: row.spp }))
+    .sort((a, b) => a.srl - b.srl || a.split.localeCompare(b.split));
+  // Splits of one total are columns of their own where populations are the rows.
+  const x = second === "population" ? "split" : "srl";
   return {
     width, height: 240, padding: 5, config: plotConfig(),
     data: [{ name: "values", values }],
     scales: [
-      { name: "x", type: "band", domain: sorted("srl"), range: "width" },
-      { name: "y", type: "band", domain: sorted("second"), range: "height", reverse: true },
+      { name: "x", type: "band", domain: unique(values.map((v) => v[x])), range: "width" },
+      { name: "y", type: "band", domain: unique(values.map((v) => v.second)).sort((a, b) => a - b), range: "height", reverse: true },
       { name: "fill", type: "log", domain: { data: "values", field: "err" }, range: { scheme: "viridis" }, reverse: true },
     ],
-    axes: [{ scale: "x", orient: "bottom", title: "SRL, both stages" },
+    axes: [{ scale: "x", orient: "bottom", title: x === "split" ? "SRL, initial-adaptive" : "SRL, both stages", labelOverlap: true },
       { scale: "y", orient: "left", title: second === "population" ? "Population" : "Initial SRL" }],
     legends: [{ fill: "fill", title: "MSE", format: ".1~e" }],
     marks: [
-      { type: "rect", from: { data: "values" }, encode: { update: { x: { scale: "x", field: "srl" }, y: { scale: "y", field: "second" },
+      { type: "rect", from: { data: "values" }, encode: { update: { x: { scale: "x", field: x }, y: { scale: "y", field: "second" },
         width: { scale: "x", band: 1 }, height: { scale: "y", band: 1 }, fill: { scale: "fill", field: "err" },
-        tooltip: { signal: "{'SRL': datum.srl, 'MSE': format(datum.err, '.3~e'), 'SPP': datum.spp}" } } } },
+        tooltip: { signal: "{'SRL': datum.split, 'MSE': format(datum.err, '.3~e'), 'SPP': datum.spp}" } } } },
     ],
   };
 }
