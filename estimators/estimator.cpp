@@ -9,6 +9,7 @@ EstimateCounters& EstimateCounters::operator+=(const EstimateCounters& other) {
   lit += other.lit;
   iterations += other.iterations;
   uncovered += other.uncovered;
+  untraced += other.untraced;
   return *this;
 }
 

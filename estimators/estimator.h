@@ -72,6 +72,7 @@ struct EstimateCounters {
   std::uint64_t lit{0};  ///< rays that brought light
   std::uint64_t iterations{0};
   std::uint64_t uncovered{0};  ///< samples with f > 0 where the mixture density was 0: must stay 0
+  std::uint64_t untraced{0};   ///< rays that were not finite or had no direction: must stay 0
 
   EstimateCounters& operator+=(const EstimateCounters& other);
 };

@@ -15,6 +15,7 @@
 
 #include "harness/build_info.h"
 #include "harness/keys.h"
+#include "harness/render.h"
 #include "scenes/core/ray_batch.h"
 
 namespace penumbra {
@@ -75,6 +76,10 @@ std::string environment_json(const Session& session, const std::string& before) 
       {"kernel", std::string(system.sysname) + " " + system.release},
       {"governor", first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")},
       {"load_average", load}};
+  {
+    const DenormalMode mode(RenderSettings{}.denormals);
+    json["denormals"] = DenormalMode::text();
+  }
   json["threads"] = session.threads;
   json["command_line"] = session.command_line;
   json["config_hash"] = hash_id({"config", session.config});

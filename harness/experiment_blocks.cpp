@@ -135,11 +135,14 @@ RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) 
   row.image_hash = result.radiance_hash();
   const Image image = result.image();
   if (config_.images.runs) write_run_picture(options_.out, row, image);
-  if (result.bad_count > 0 || result.counters.uncovered > 0) {
+  const EstimateCounters& counters = result.counters;
+  if (result.bad_count > 0 || counters.uncovered > 0 || counters.untraced > 0) {
     row.status = RunStatus::Failed;
     row.failure = result.bad_count > 0
                       ? fmt::format("{} estimates not finite or negative", result.bad_count)
-                      : fmt::format("{} samples without density", result.counters.uncovered);
+                  : counters.uncovered > 0
+                      ? fmt::format("{} samples without density", counters.uncovered)
+                      : fmt::format("{} rays not finite or without a direction", counters.untraced);
     write_events(row, cell, result);
     return row;
   }

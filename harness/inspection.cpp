@@ -107,6 +107,7 @@ TimeSplit time_split(Scene& scene, const ShadingPoints& points, SamplerKind samp
   std::vector<double> queries;
   for (int i = 0; i < kRepetitions; ++i) {
     totals.push_back(render(scene, points, settings).time_cpu_s);
+    const DenormalMode mode(settings.denormals);
     const Stopwatch watch;
     for (RayBatch& batch : recorder.batches) scene.intersect(batch);
     queries.push_back(watch.cpu_s());

@@ -7,10 +7,6 @@
 #include "harness/commands/commands.h"
 #include "scenes/core/error.h"
 
-#ifdef __FAST_MATH__
-#error "fast-math deletes the checks for NaN; build without -ffast-math"
-#endif
-
 namespace penumbra {
 namespace {
 

@@ -49,6 +49,7 @@ class Job {
       tbb::parallel_for(
           tbb::blocked_range<std::size_t>(0, points_.tiles.size(), 1),
           [&](const tbb::blocked_range<std::size_t>& range) {
+            const DenormalMode mode(settings_.denormals);
             Worker& worker =
                 workers_[static_cast<std::size_t>(tbb::this_task_arena::current_thread_index())];
             for (std::size_t i = range.begin(); i != range.end(); ++i) {

@@ -6,6 +6,7 @@
 
 #include "estimators/estimator.h"
 #include "harness/image.h"
+#include "scenes/core/float_mode.h"
 
 /// One run of one estimator over the shading points of an image, and what it cost.
 namespace penumbra {
@@ -18,6 +19,8 @@ struct RenderSettings {
   std::uint64_t seed{0};
   int threads{1};
   bool maps{false};  ///< also the estimator's maps, which costs time
+  /// In all threads that estimate. The choice shows in no digit of a picture.
+  Denormals denormals{Denormals::Flushed};
 };
 
 /// A non-finite or negative estimate; never hidden.

@@ -106,6 +106,7 @@ PixelReplay replay_pixel(const StoredRow& stored, int x, int y) {
   TileOutput out;
   out.radiance = radiance;
   out.recorder = &recorder;
+  const DenormalMode mode(settings.denormals);
   settings.estimator->create(*scene.scene, settings.params, settings.budget)
       ->estimate(tile, settings.seed, out);
 

@@ -76,6 +76,15 @@ class Charts {
     return light == static_cast<std::int32_t>(ids_[chart]);
   }
 
+  /// The light that the ray of a chart's point brings: the one that it meets, or the chart's own
+  /// light, which rounding can make the ray miss.
+  /// @param seen  that the ray meets: scene index, or kNoLight
+  std::int32_t light_met(std::size_t chart, const Vec3& wi, const RayHit& hit,
+                         std::int32_t seen) const noexcept {
+    if (chart >= light_charts() || seen == static_cast<std::int32_t>(ids_[chart])) return seen;
+    return lights_[chart].grazes(wi, hit.distance) ? static_cast<std::int32_t>(ids_[chart]) : seen;
+  }
+
   /// Densities of all charts' maps in a direction that `map` gave for `chart`, for a record.
   /// @return [chart], of the own map as drawn [1/sr]; empty where only that one matters
   std::vector<float> all_pdfs(std::size_t chart, const ChartPoint& point) const;

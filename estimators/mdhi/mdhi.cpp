@@ -211,11 +211,14 @@ class Mdhi final : public Estimator {
   void trace(std::size_t first) noexcept {
     scene_->intersect(rays_);
     counters_.rays += rays_.size();
+    counters_.untraced += rays_.untraced();
     std::size_t ray = 0;
     for (std::size_t i = first; i < samples_.size(); ++i) {
       Sample& sample = samples_[i];
       if (!sample.point.can_contribute()) continue;
-      const std::int32_t light = scene_->emitter(rays_.hits[ray++], sample.point.wi);
+      const RayHit& hit = rays_.hits[ray++];
+      const std::int32_t light = charts_.light_met(sample.chart, sample.point.wi, hit,
+                                                   scene_->emitter(hit, sample.point.wi));
       if (!charts_.sees(sample.chart, light)) continue;
       sample.point.fate = SampleFate::Lit;
       sample.f = sample.point.f_cos *

@@ -40,13 +40,16 @@ RgbSum own_density_sum(Mixture& mixture, std::span<const double> expected) noexc
 
 void systematic_counts(std::span<const double> pmf, int total, double offset,
                        std::span<int> counts) noexcept {
+  // The sum may round to just below the total: what is left over then goes to the last entry that
+  // can be chosen at all.
+  std::size_t last = pmf.size() - 1;
+  while (last > 0 && !(pmf[last] > 0.0)) --last;
   double cumulative = 0.0;
   int before = 0;
   for (std::size_t k = 0; k < pmf.size(); ++k) {
     cumulative += total * pmf[k];
-    const bool last = k + 1 == pmf.size();
     const int upto =
-        last ? total : std::min(total, static_cast<int>(std::floor(cumulative + offset)));
+        k >= last ? total : std::min(total, static_cast<int>(std::floor(cumulative + offset)));
     counts[k] = upto - before;
     before = upto;
   }

@@ -10,6 +10,7 @@ ExactLight::ExactLight(const Scene& scene)
 void ExactLight::trace(EstimateCounters& counters) noexcept {
   scene_->intersect(batch_);
   counters.rays += batch_.size();
+  counters.untraced += batch_.untraced();
 }
 
 RgbSum ExactLight::of_delta_lights(const ShadingPoint& point, const Frame& frame,

@@ -12,26 +12,27 @@ namespace penumbra {
 // fill_light_pdfs: for each direction the lights that it can meet.
 void Mixture::fill_pdfs_of_many() noexcept {
   ManyLights& many = *many_;
-  const auto n = static_cast<float>(last_light_ - first_light_);
+  const auto n = static_cast<double>(last_light_ - first_light_);
   std::size_t next = 0;
   for (std::size_t i = 0; i < drawn_.count; ++i) {
     const Vec3 wi = drawn_.wi[i];
     const int own = drawn_.component[i];
     many.lane_first[i] = next;
-    float sum = 0.0f;
+    double sum = 0.0;
     for_each_met(wi, [&](std::size_t l) {
       const int component = static_cast<int>(l) - first_light_;
       float pdf = active_[l].pdf_w(wi);
       if (!lights_as_one_ && component == own) pdf = drawn_.own_pdf[i];
-      sum += pdf;
+      sum += static_cast<double>(pdf);
       if (lights_as_one_ || !(pdf > 0.0f)) return;
       many.lane_densities[next++] = {static_cast<std::uint32_t>(component), pdf};
     });
     if (lights_as_one_) {
-      sum = own == 0 ? drawn_.own_pdf[i] : sum / n;
-      if (sum > 0.0f) many.lane_densities[next++] = {0, sum};
+      const float pdf = own == 0 ? drawn_.own_pdf[i] : static_cast<float>(sum / n);
+      if (pdf > 0.0f) many.lane_densities[next++] = {0, pdf};
+      sum = static_cast<double>(pdf);
     }
-    drawn_.any_light_pdf[i] = sum;
+    drawn_.any_light_pdf[i] = static_cast<float>(sum);
   }
   many.lane_first[drawn_.count] = next;
 }

@@ -69,6 +69,7 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
       wi_(max_samples),
       f_(max_samples),
       component_(max_samples),
+      light_(max_samples),
       own_pdf_(max_samples),
       stride_(max_samples + kLaneGroup),
       pdfs_(densities == Densities::All && scene.sampled_lights().size() < kManyLights
@@ -197,19 +198,20 @@ void Mixture::draw_light(const LightProposal& light, std::size_t count) noexcept
 }
 
 void Mixture::draw_any_light(std::size_t count) noexcept {
-  const auto n = static_cast<float>(active_.size());
+  const auto n = static_cast<double>(active_.size());
   for (std::size_t i = 0; i < count; ++i) {
     Variates v = drawn_.variates[i];
-    const float scaled = v.choice * n;
+    const float scaled = v.choice * static_cast<float>(n);
     const auto light = std::min(static_cast<std::size_t>(scaled), active_.size() - 1);
     v.choice = std::min(scaled - static_cast<float>(light), kOneMinusEpsilon);
     const LightSample s = active_[light].sample(v).value_or(LightSample{});
-    float pdf = s.pdf_w;
+    auto pdf = static_cast<double>(s.pdf_w);
     for_each_met(s.wi, [&](std::size_t other) {
-      if (other != light) pdf += active_[other].pdf_w(s.wi);
+      if (other != light) pdf += static_cast<double>(active_[other].pdf_w(s.wi));
     });
     drawn_.wi.set(drawn_.count + i, s.wi);
-    drawn_.own_pdf[drawn_.count + i] = pdf / n;
+    drawn_.own_pdf[drawn_.count + i] = static_cast<float>(pdf / n);
+    drawn_.light[drawn_.count + i] = static_cast<int>(light);
   }
   to_local(frame_, drawn_.wi, drawn_.count, count, drawn_.wi_local);
 }
@@ -242,17 +244,27 @@ void Mixture::fill_light_pdfs() noexcept {
     return;
   }
   if (many_ != nullptr) return fill_pdfs_of_many();
+  if (lights_as_one_) return fill_pdf_of_all_as_one();
   for (int k = 0; k < lights; ++k) {
     Block<float>& pdf = light_pdfs_[static_cast<std::size_t>(k)];
     proposal(k).pdf_w(drawn_.wi, count, pdf);
-    if (!lights_as_one_) take_own_pdf(drawn_.component, k, drawn_.own_pdf, count, pdf);
+    take_own_pdf(drawn_.component, k, drawn_.own_pdf, count, pdf);
     for (std::size_t i = 0; i < lanes; ++i) sum[i] = (k == 0 ? 0.0f : sum[i]) + pdf[i];
   }
-  if (!lights_as_one_) return;
-  const auto n = static_cast<float>(lights);
-  for (std::size_t i = 0; i < lanes; ++i) light_pdfs_[0][i] = sum[i] / n;
-  take_own_pdf(drawn_.component, 0, drawn_.own_pdf, count, light_pdfs_[0]);
-  sum = light_pdfs_[0];
+}
+
+void Mixture::fill_pdf_of_all_as_one() noexcept {
+  const std::size_t lanes = whole_groups(drawn_.count);
+  Block<float>& pdf = light_pdfs_[0];
+  Block<double> sum{};
+  for (const LightProposal& light : active_) {
+    light.pdf_w(drawn_.wi, drawn_.count, pdf);
+    for (std::size_t i = 0; i < lanes; ++i) sum[i] += static_cast<double>(pdf[i]);
+  }
+  const auto n = static_cast<double>(active_.size());
+  for (std::size_t i = 0; i < lanes; ++i) pdf[i] = static_cast<float>(sum[i] / n);
+  take_own_pdf(drawn_.component, 0, drawn_.own_pdf, drawn_.count, pdf);
+  drawn_.any_light_pdf = pdf;
 }
 
 // Lanes above the horizon that meet a light's surface: no other direction brings light, whatever
@@ -297,6 +309,7 @@ void Mixture::keep_block() noexcept {
     }
     own_pdf_[size_] = own;
     component_[size_] = component;
+    light_[size_] = lights_as_one_ ? drawn_.light[lane] : first_light_ + component;
     wi_.set(size_, wi);
     f_[size_] = f_cos;
     if (record_ != nullptr) record_index_[size_] = record_lane_[lane];
@@ -316,6 +329,17 @@ bool Mixture::from_wanted_light(std::size_t sample, std::int32_t light) const no
   return static_cast<std::uint32_t>(light) == active_ids_[static_cast<std::size_t>(wanted)];
 }
 
+// The light that a sample's ray brings: the one that the ray meets, `seen`, or the one that the
+// sample was drawn for, which rounding can make the ray miss.
+std::int32_t Mixture::light_met(std::size_t sample, const RayHit& hit,
+                                std::int32_t seen) const noexcept {
+  if (component_[sample] >= light_components()) return seen;
+  const auto drawn = static_cast<std::size_t>(light_[sample]);
+  const auto id = static_cast<std::int32_t>(active_ids_[drawn]);
+  if (seen == id || !active_[drawn].grazes(wi_[sample], hit.distance)) return seen;
+  return id;
+}
+
 // Traces the samples from `first` on and turns f into the integrand.
 // kEnvironment  the scene has one: rays that meet nothing see it
 // kSelects      not all light counts for all samples
@@ -323,6 +347,7 @@ template <bool kEnvironment, bool kSelects>
 void Mixture::trace(std::size_t first) noexcept {
   scene_->intersect(rays_);
   counters_.rays += rays_.size();
+  counters_.untraced += rays_.untraced();
   const std::span<const Light> lights = scene_->lights();
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     const std::size_t sample = first + i;
@@ -333,6 +358,7 @@ void Mixture::trace(std::size_t first) noexcept {
     } else if constexpr (kEnvironment) {
       light = scene_->environment_light();
     }
+    light = light_met(sample, hit, light);
     bool counts = light != kNoLight;
     if constexpr (kSelects) counts = counts && from_wanted_light(sample, light);
     if (counts) {

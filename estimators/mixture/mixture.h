@@ -143,6 +143,7 @@ class Mixture {
   void draw_bsdf(std::size_t count) noexcept;
   void draw_cone(std::size_t count) noexcept;
   void fill_light_pdfs() noexcept;
+  void fill_pdf_of_all_as_one() noexcept;
   void fill_pdfs_of_many() noexcept;
   void keep_pdfs_of_many(std::size_t lane, float bsdf, float cone) noexcept;
   float pdf_w_of_many(std::size_t i, int k) const noexcept;
@@ -155,6 +156,7 @@ class Mixture {
   template <bool kEnvironment, bool kSelects>
   void trace(std::size_t first) noexcept;
   bool from_wanted_light(std::size_t sample, std::int32_t light) const noexcept;
+  std::int32_t light_met(std::size_t sample, const RayHit& hit, std::int32_t seen) const noexcept;
   void begin_record(EstimateRecord* record) noexcept;
   void record_draw(std::span<const int> counts) noexcept;
   void record_block() noexcept;
@@ -188,6 +190,7 @@ class Mixture {
     VectorBlock wi, wi_local;
     Block<float> own_pdf{}, any_light_pdf{};
     Block<int> component{};
+    Block<int> light{};  // active light that was drawn, where all lights are one component
     Block<std::uint32_t> survivors{};
     VectorBlock survivor_local, f_cos;
     Block<float> bsdf_pdf{};
@@ -200,6 +203,7 @@ class Mixture {
   VectorArray wi_;
   std::vector<Rgb> f_;
   std::vector<int> component_;
+  std::vector<int> light_;  // active light that a light's sample was drawn for
   std::vector<float> own_pdf_;
   std::size_t stride_;                // of pdfs_
   std::vector<float> pdfs_;           // [component][sample]; empty with many lights

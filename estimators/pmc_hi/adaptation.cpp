@@ -84,44 +84,47 @@ float squared_angle(float chord2) noexcept {
   return 16.0f * quarter * series;
 }
 
-// Sum of weight x angle^2 to the axis. Blocks of lanes: the angles are worked out for all samples,
-// lit or not.
-double weighted_square_angles(const Mixture& mixture, std::size_t first,
-                              std::span<const double> weights, const Vec3& axis) noexcept {
+// Mean of a function of the squared chord to the axis over the weighted directions. Blocks of
+// lanes: the function is worked out for all samples, lit or not.
+// @param scale, total  factor of the weights, and their sum with it
+template <typename OfChord2>
+double weighted_mean(const Mixture& mixture, std::size_t first, std::span<const double> weights,
+                     double scale, double total, const Vec3& axis, OfChord2 of_chord2) noexcept {
   const VectorArray& wi = mixture.directions();
   double sum = 0.0;
   for (std::size_t done = 0; done < weights.size(); done += kLaneGroup) {
-    float angle2[kLaneGroup];
+    float value[kLaneGroup];
     for (std::size_t lane = 0; lane < kLaneGroup; ++lane) {
       const std::size_t i = first + done + lane;
       const float x = wi.x[i] - axis.x;
       const float y = wi.y[i] - axis.y;
       const float z = wi.z[i] - axis.z;
-      angle2[lane] = squared_angle(x * x + y * y + z * z);
+      value[lane] = of_chord2(x * x + y * y + z * z);
     }
     const std::size_t lanes = std::min(kLaneGroup, weights.size() - done);
     for (std::size_t lane = 0; lane < lanes; ++lane) {
-      sum += weights[done + lane] * static_cast<double>(angle2[lane]);
+      sum += weights[done + lane] * static_cast<double>(value[lane]);
     }
   }
-  return sum;
+  return sum * scale / total;
 }
 
-double half_angle(BetaRule rule, double resultant, double mean_square_angle) noexcept {
-  const double r = std::min(resultant, 1.0);
+// @param depth  1 - Rbar
+double half_angle(BetaRule rule, double depth, double mean_square_angle) noexcept {
+  const double variance = depth * (2.0 - depth);  // 1 - Rbar^2
   switch (rule) {
     case BetaRule::RmsAngle:
       return std::sqrt(mean_square_angle);
     case BetaRule::Chord:
-      return std::sqrt(2.0 * (1.0 - r));
+      return std::sqrt(2.0 * depth);
     case BetaRule::SphericalStd:
-      return std::sqrt(1.0 - r * r);
+      return std::sqrt(variance);
     case BetaRule::PerAxisStd:
-      return std::sqrt(0.5 * (1.0 - r * r));
+      return std::sqrt(0.5 * variance);
     case BetaRule::CircularStd:
-      return std::sqrt(-2.0 * std::log(r));
+      return std::sqrt(-2.0 * std::log1p(-depth));
     case BetaRule::MeanAngle:
-      return std::acos(r);
+      return 2.0 * std::asin(std::sqrt(0.5 * depth));
   }
   return 0.0;
 }
@@ -192,6 +195,7 @@ Cone fit_cone(const Mixture& mixture, std::size_t first, std::span<const double>
   // Weights relative to the largest: their sums stay in range for radiance of any magnitude.
   double largest = 0.0;
   for (const double weight : weights) largest = std::max(largest, weight);
+  if (!(largest > 0.0)) return {};
   const double scale = 1.0 / largest;
   Vec3d sum(0.0);
   double total = 0.0;
@@ -204,12 +208,16 @@ Cone fit_cone(const Mixture& mixture, std::size_t first, std::span<const double>
   const double resultant = length / total;
   if (!(resultant >= kMinResultant)) return {};
   const Vec3 axis(sum * (1.0 / length));
-  const double mean_square =
-      rules.rule == BetaRule::RmsAngle
-          ? weighted_square_angles(mixture, first, weights, axis) * scale / total
-          : 0.0;
-  const double beta = std::clamp(rules.scale * half_angle(rules.rule, resultant, mean_square),
-                                 rules.min, rules.max);
+  // 1 - Rbar as half the mean squared chord, because lengths of directions differ from 1 by more
+  // than 1 - Rbar of a narrow cone does from 0.
+  const bool by_angle = rules.rule == BetaRule::RmsAngle;
+  const auto mean = [&](auto of_chord2) {
+    return weighted_mean(mixture, first, weights, scale, total, axis, of_chord2);
+  };
+  const double mean_square = by_angle ? mean([](float c) { return squared_angle(c); }) : 0.0;
+  const double depth = by_angle ? 0.0 : 0.5 * mean([](float c) { return c; });
+  const double beta =
+      std::clamp(rules.scale * half_angle(rules.rule, depth, mean_square), rules.min, rules.max);
   const float s = std::sin(static_cast<float>(0.5 * beta));
   return {axis, 2.0f * s * s};
 }

@@ -72,6 +72,9 @@ bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec
                            const Vec3& normal, bool keep_all) noexcept {
   light_ = &light;
   from_ = from;
+  const bool is_shape = light.type == LightType::Rectangle || light.type == LightType::Sphere ||
+                        light.type == LightType::Mesh;
+  if (is_shape && !keep_all && is_black(light.radiance)) return false;
   switch (light.type) {
     case LightType::Rectangle: {
       // The highest of the four corners, without the slack of the bounding box.
@@ -118,7 +121,8 @@ std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
 bool LightProposal::set_up_rectangle(LightSampling sampling, bool keep_all) noexcept {
   const Light& light = *light_;
   to_origin_ = light.origin - from_;
-  height_ = dot(light.normal, to_origin_);
+  // In double: seen nearly edge-on, the terms cancel, and densities are as wrong as the height.
+  height_ = static_cast<float>(light.plane_normal.dot(Vec3d(light.origin) - Vec3d(from_)));
   // On the dark side or in the plane of the light nothing arrives.
   if (height_ == 0.0f || (!keep_all && !light.two_sided && height_ > 0.0f)) return false;
   const float length2_u = light.edge_u.length2();
@@ -167,20 +171,24 @@ bool LightProposal::set_up_rectangle(LightSampling sampling, bool keep_all) noex
 
 bool LightProposal::set_up_sphere(bool keep_all) noexcept {
   const Light& light = *light_;
-  const Vec3 to_center = light.center - from_;
-  const float distance2 = to_center.length2();
-  const float radius2 = light.radius * light.radius;
-  if (!(distance2 > radius2)) {
+  // In double: next to the surface, distance and radius cancel.
+  const Vec3d to_center = Vec3d(light.center) - Vec3d(from_);
+  const double distance2 = to_center.length2();
+  const double radius = static_cast<double>(light.radius);
+  const double tangent2 = distance2 - radius * radius;
+  if (!(tangent2 > 0.0)) {
     mode_ = Mode::SphereInside;  // only a two-sided sphere lights its inside
     pdf_constant_ = uniform_sphere_pdf_w();
     return keep_all || light.two_sided;
   }
   mode_ = Mode::SphereCone;
-  const float sin2 = radius2 / distance2;
-  one_minus_cos_ = sin2 / (1.0f + std::sqrt(std::max(0.0f, 1.0f - sin2)));
-  axis_ = to_center / std::sqrt(distance2);
+  const double distance = std::sqrt(distance2);
+  one_minus_cos_ =
+      static_cast<float>(radius * radius / (distance * (distance + std::sqrt(tangent2))));
+  if (!(one_minus_cos_ > 0.0f)) return false;
+  axis_ = Vec3(to_center / distance);
   pdf_constant_ = uniform_cone_pdf_w(one_minus_cos_);
-  return one_minus_cos_ > 0.0f && std::isfinite(pdf_constant_);
+  return std::isfinite(pdf_constant_);
 }
 
 bool LightProposal::set_up_mesh(const Vec3& normal, bool keep_all) noexcept {
@@ -235,12 +243,12 @@ struct LightProposal::Rectangle {
 
   float pdf_w(const Vec3& wi) const noexcept {
     const float slope = dot(normal, wi);
-    const float t = height / slope;
+    const float t = height / (slope == 0.0f ? 1.0f : slope);
     const Vec3 p = wi * t - to_origin;
     const float u = dot(p, edge_u) * inv_length2_u;
     const float v = dot(p, edge_v) * inv_length2_v;
     const float pdf = by_area ? t * t * t * inv_area_height : pdf_constant;
-    // A slope of 0 or away from the plane gives no density, whatever was divided by it.
+    // A slope of 0 or away from the plane gives no density, whatever t is.
     const bool meets =
         (height * slope > 0.0f) & (u >= 0.0f) & (u <= 1.0f) & (v >= 0.0f) & (v <= 1.0f);
     return meets ? pdf : 0.0f;
@@ -364,7 +372,7 @@ float LightProposal::pdf_w(const Vec3& wi) const noexcept {
 
 float LightProposal::mesh_pdf_w(const Vec3& wi) const noexcept {
   const Light& light = *light_;
-  if ((wi - axis_).length2() > 2.0f * one_minus_cos_) return 0.0f;
+  if (!((wi - axis_).length2() <= 2.0f * one_minus_cos_)) return 0.0f;  // no number neither
   double sum = 0.0;
   if (light.crossings != nullptr) {
     light.crossings->visit_crossings(from_, wi, [&](float t, const Vec3& n) {

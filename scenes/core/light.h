@@ -58,6 +58,7 @@ struct Light {
 
   Vec3 origin{0.0f}, edge_u{0.0f}, edge_v{0.0f};  ///< rectangle: corner and perpendicular edges
   Vec3 normal{0.0f};                              ///< rectangle: unit, edge_u x edge_v
+  Vec3d plane_normal{0.0};                        ///< rectangle: the same before rounding
   Vec3 center{0.0f};                              ///< sphere, point, spot
   float radius{0.0f};                             ///< sphere
   std::vector<Vec3> vertices;                     ///< mesh: three per triangle
@@ -151,6 +152,15 @@ class LightProposal {
   /// Whether `sample` reads `Variates::choice`.
   bool uses_choice() const noexcept { return mode_ == Mode::Mesh; }
 
+  /// Whether a ray that met something else, or nothing, missed the light by no more than the
+  /// rounding of directions and vertices: it passes the outline within that, on the emitting side,
+  /// and nothing nearer stops it. So do rays to points next to the outline, and to all points of a
+  /// light that is smaller than the rounding. Never for lights that are neither rectangle nor
+  /// sphere.
+  /// @param wi             unit
+  /// @param free_distance  to what the ray met; infinite where it met nothing
+  bool grazes(const Vec3& wi, float free_distance) const noexcept;
+
   /// A cone outside of which the density is 0; a little wider than the rounding of directions.
   DirectionCone directions() const noexcept;
 
@@ -166,6 +176,8 @@ class LightProposal {
     Environment,
   };
 
+  bool grazes_rectangle(const Vec3d& wi, double free_distance) const noexcept;
+  bool grazes_sphere(const Vec3d& wi, double free_distance) const noexcept;
   bool set_up_rectangle(LightSampling sampling, bool keep_all) noexcept;
   bool set_up_sphere(bool keep_all) noexcept;
   bool set_up_mesh(const Vec3& normal, bool keep_all) noexcept;

@@ -74,19 +74,20 @@ struct GlossyLobe {
     // Directions opposite to rounding have no half vector, and no microfacet reflects one into the
     // other.
     const float length2 = dot(sum, sum);
-    const Vec3 h = sum * (1.0f / std::sqrt(length2));
+    const bool has_half = length2 > 0.0f;
+    const float inv_length = 1.0f / std::sqrt(has_half ? length2 : 1.0f);
+    const Vec3 h(sum.x * inv_length, sum.y * inv_length, has_half ? sum.z * inv_length : 1.0f);
     const float lambda_i = std::sqrt(alpha2 + (1.0f - alpha2) * wi.z * wi.z);
-    const float d = length2 > 0.0f ? ggx(h, alpha2) : 0.0f;
+    const float d = has_half ? ggx(h, alpha2) : 0.0f;
     // Height-correlated Smith masking-shadowing over 4 cos_o cos_i, times cos_i; nothing is divided
     // by a cosine. Source: Heitz 2014, "Understanding the masking-shadowing function", eq. 99.
     const float visibility_cos = 0.5f * wi.z / (wi.z * lambda_o + wo.z * lambda_i);
     // Visible normals: D G1(wo)/(4 cos_o), with cos_o cancelled.
-    // The order of min's arguments turns the cosine of a missing h into 1.
     return {d * visibility_cos, d / (2.0f * (wo.z + lambda_o)), std::min(1.0f, dot(wo, h))};
   }
 
   /// @param u, v  uniform in [0, 1)
-  /// @return unit; below the horizon, or no number, for draws that count as 0
+  /// @return unit; below the horizon for draws that count as 0
   /// Source: Dupuy and Benyoub 2023, "Sampling visible GGX normals with spherical caps".
   Vec3 sample(float u, float v) const noexcept {
     const float depth = v * (1.0f + stretched.z);  // 1 - z, for z uniform over (-stretched.z, 1]
@@ -95,9 +96,9 @@ struct GlossyLobe {
     const Vec3 cap(sin_theta * phi.cosine, sin_theta * phi.sine, 1.0f - depth);
     const Vec3 h_std = cap + stretched;
     const Vec3 h(alpha * h_std.x, alpha * h_std.y, std::max(h_std.z, 0.0f));
-    // 2 (wo.n) n - wo for the normal n along h; a null h gives no number, which is not above the
-    // horizon.
-    return h * (2.0f * dot(wo, h) / dot(h, h)) - wo;
+    // 2 (wo.n) n - wo for the normal n along h; a null h gives -wo, which is below the horizon.
+    const float length2 = dot(h, h);
+    return h * (2.0f * dot(wo, h) / (length2 > 0.0f ? length2 : 1.0f)) - wo;
   }
 };
 

@@ -15,9 +15,9 @@ struct RayHit {
   static constexpr std::uint32_t kMiss = 0xffffffffu;
   std::uint32_t geometry{kMiss};  ///< index in the order of addition to the RayScene
   std::uint32_t primitive{0};
-  float u{0}, v{0};  ///< barycentric (triangle), bilinear (quad) or Embree's own (subdivision)
-                     ///< coordinates
-  float distance{0};
+  float u{0}, v{0};   ///< barycentric (triangle), bilinear (quad) or Embree's own (subdivision)
+                      ///< coordinates
+  float distance{0};  ///< along the ray; infinite for a miss
   Vec3 normal{0.0f};  ///< geometric, right-handed, any length
 
   bool hit() const noexcept { return geometry != kMiss; }
@@ -33,7 +33,8 @@ class RayBatch {
   std::size_t size() const noexcept { return count_; }
   std::size_t capacity() const noexcept { return ox.size() - kPadding; }
 
-  /// Adds a ray; both vectors finite, the direction not zero.
+  /// Adds a ray. A ray that is not finite or has no direction is never traced: it counts as a miss,
+  /// and `untraced` tells.
   void add(const Vec3& origin, const Vec3& direction) noexcept {
     const std::size_t i = count_++;
     ox[i] = origin.x, oy[i] = origin.y, oz[i] = origin.z;
@@ -43,12 +44,19 @@ class RayBatch {
   Vec3 origin(std::size_t i) const noexcept { return {ox[i], oy[i], oz[i]}; }
   Vec3 direction(std::size_t i) const noexcept { return {dx[i], dy[i], dz[i]}; }
 
+  /// Rays that the last query left out because they are not finite or have no direction: the fault
+  /// of whoever made them.
+  std::size_t untraced() const noexcept { return untraced_; }
+
   static constexpr std::size_t kPadding = 16;  ///< spare lanes behind the last ray, for packets
   std::vector<float> ox, oy, oz, dx, dy, dz;
   std::vector<RayHit> hits;  ///< [ray]; written by RayScene::intersect
 
  private:
+  friend class RayScene;
+
   std::size_t count_{0};
+  std::size_t untraced_{0};
 };
 
 /// Keeps every ray that passes through a scene's batch query, batch by batch, to trace the same
@@ -102,7 +110,8 @@ class RayScene {
   /// Builds the acceleration structure; nothing can be added afterwards.
   void commit();
 
-  /// Fills `batch.hits` with the closest hit of each ray beyond its origin.
+  /// Fills `batch.hits` with the closest hit of each ray beyond its origin, and states how many
+  /// rays it left out.
   void intersect(RayBatch& batch) const noexcept;
 
   /// Normal of the limit surface at a hit on a subdivision surface, right-handed, any length; 0

@@ -20,6 +20,14 @@ namespace {
 
 constexpr int kLanes = 8;
 
+// Embree's traversal relies on it: what is not finite overflows its stack, and a ray without a
+// direction meets everything and nothing. Products with 0 are 0 exactly where all are finite.
+bool is_traceable(const Vec3& origin, const Vec3& direction) noexcept {
+  const Vec3 zeros = origin * 0.0f + direction * 0.0f;
+  const bool has_direction = (direction.x != 0.0f) | (direction.y != 0.0f) | (direction.z != 0.0f);
+  return (zeros.x + zeros.y + zeros.z == 0.0f) & has_direction;
+}
+
 struct IntersectCall {
 #if PENUMBRA_EMBREE_MAJOR >= 4
   RTCIntersectArguments arguments;
@@ -222,13 +230,16 @@ void RayScene::intersect(RayBatch& batch) const noexcept {
   PN_ASSERT(impl_->committed);
   IntersectCall call;
   const std::size_t count = batch.size();
+  std::size_t traced = 0;
   alignas(32) RTCRayHit8 packet;
   alignas(32) int valid[kLanes];
   for (std::size_t first = 0; first < count; first += kLanes) {
     // Lanes behind the last ray read the batch's padding and are switched off.
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       const std::size_t i = first + lane;
-      valid[lane] = i < count ? -1 : 0;
+      const bool on = (i < count) & is_traceable(batch.origin(i), batch.direction(i));
+      valid[lane] = on ? -1 : 0;
+      traced += on ? 1u : 0u;
       packet.ray.org_x[lane] = batch.ox[i];
       packet.ray.org_y[lane] = batch.oy[i];
       packet.ray.org_z[lane] = batch.oz[i];
@@ -254,6 +265,7 @@ void RayScene::intersect(RayBatch& batch) const noexcept {
       hit.normal = Vec3(packet.hit.Ng_x[lane], packet.hit.Ng_y[lane], packet.hit.Ng_z[lane]);
     }
   }
+  batch.untraced_ = count - traced;
 }
 
 Vec3 RayScene::subdivision_normal(const RayHit& hit) const noexcept {
@@ -269,6 +281,7 @@ Vec3 RayScene::subdivision_normal(const RayHit& hit) const noexcept {
 void RayScene::for_each_crossing(const Vec3& origin, const Vec3& direction, VisitCrossing visit,
                                  void* self) const noexcept {
   PN_ASSERT(impl_->committed && impl_->query == Query::Crossings);
+  if (!is_traceable(origin, direction)) return;
   RTCRayHit ray;
   ray.ray.org_x = origin.x, ray.ray.org_y = origin.y, ray.ray.org_z = origin.z;
   ray.ray.dir_x = direction.x, ray.ray.dir_y = direction.y, ray.ray.dir_z = direction.z;

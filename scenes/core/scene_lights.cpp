@@ -53,6 +53,8 @@ Light make_light(const ShapeDescription& shape, const SurfaceGeometry& geometry)
     light.edge_v = Vec3(rectangle->edge_v);
     const Vec3d n = rectangle->edge_u.cross(rectangle->edge_v);
     light.normal = Vec3(n.normalized());
+    // Of the rounded edges, which samples lie on.
+    light.plane_normal = Vec3d(light.edge_u).cross(Vec3d(light.edge_v)).normalized();
     light.area = n.length();
   } else if (const auto* sphere = std::get_if<SphereShape>(&shape.shape)) {
     light.type = LightType::Sphere;
@@ -71,7 +73,11 @@ Light make_light(const ShapeDescription& shape, const SurfaceGeometry& geometry)
       }
     }
     for (std::size_t i = 0; i < light.vertices.size(); i += 3) {
-      areas.push_back(0.5 * static_cast<double>(triangle_normal(&light.vertices[i]).length()));
+      // In double: the cross product of a sliver's edges cancels.
+      const Vec3d corner(light.vertices[i]);
+      const Vec3d edge_1 = Vec3d(light.vertices[i + 1]) - corner;
+      const Vec3d edge_2 = Vec3d(light.vertices[i + 2]) - corner;
+      areas.push_back(0.5 * edge_1.cross(edge_2).length());
     }
     light.triangle_areas = DiscreteDistribution(areas);
     light.area = light.triangle_areas.total_weight();

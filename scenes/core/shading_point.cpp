@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "scenes/core/float_mode.h"
 #include "scenes/core/sampler.h"
 #include "scenes/core/scene.h"
 
@@ -98,6 +99,7 @@ ShadingPoints make_shading_points(const Scene& scene, int camera_samples, std::u
   std::atomic<std::size_t> valid{0};
   tbb::parallel_for(
       tbb::blocked_range<std::size_t>(0, result.tiles.size()), [&](const auto& range) {
+        const DenormalMode mode(Denormals::Flushed);
         RayBatch batch(static_cast<std::size_t>(tile_side) * static_cast<std::size_t>(tile_side) *
                        samples);
         for (std::size_t i = range.begin(); i != range.end(); ++i) {

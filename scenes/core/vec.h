@@ -3,6 +3,10 @@
 #include <ImathColor.h>
 #include <ImathVec.h>
 
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ != 0)
+#error "fast-math deletes the checks for NaN and infinity; build without -ffast-math"
+#endif
+
 /// Vector and colour types of the whole project: Imath's, so that images, meshes and geometry share
 /// one set.
 namespace penumbra {

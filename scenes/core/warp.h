@@ -21,8 +21,8 @@ inline Vec2 sample_uniform_disk(const Vec2& u) noexcept {
   const float y = 2.0f * u.y - 1.0f;
   const bool x_major = std::abs(x) > std::abs(y);
   const float r = x_major ? x : y;
-  const float ratio = (x_major ? y : x) / r;
-  const float phi = 0.125f * (r == 0.0f ? 0.0f : ratio);  // turns from the nearer axis
+  const float ratio = (x_major ? y : x) / (r == 0.0f ? 1.0f : r);
+  const float phi = 0.125f * ratio;  // turns from the nearer axis
   const SinCos turn = sincos_turns(phi);
   return {r * (x_major ? turn.cosine : turn.sine), r * (x_major ? turn.sine : turn.cosine)};
 }

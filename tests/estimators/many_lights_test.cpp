@@ -129,15 +129,17 @@ TEST(ManyLights, DensitiesOfAMixtureAreThoseOfEveryLight) {
         std::vector<double> density(mixture.size() + kLaneGroup);
         mixture.mixture_pdfs_w(0, coefficients, density);
         for (std::size_t i = 0; i < mixture.size(); ++i) {
-          float sum = 0.0f;
-          for (const LightProposal& proposal : proposals) sum += proposal.pdf_w(mixture.wi(i));
+          double sum = 0.0;
+          for (const LightProposal& proposal : proposals) {
+            sum += static_cast<double>(proposal.pdf_w(mixture.wi(i)));
+          }
           double total = 0.0;
           for (int k = 0; k < m; ++k) {
             float expected = mixture.pdf_w(i, k);  // BSDF and cone
             if (k == mixture.component(i)) {
               expected = mixture.own_pdf(i);
             } else if (k < mixture.light_components()) {
-              expected = as_one ? sum / static_cast<float>(proposals.size())
+              expected = as_one ? static_cast<float>(sum / static_cast<double>(proposals.size()))
                                 : proposals[static_cast<std::size_t>(k)].pdf_w(mixture.wi(i));
             }
             ASSERT_EQ(mixture.pdf_w(i, k), expected) << i << " " << k;

@@ -36,7 +36,8 @@ Light rectangle_light(const Vec3& origin, const Vec3& edge_u, const Vec3& edge_v
   light.edge_v = edge_v;
   const Vec3d n = Vec3d(edge_u).cross(Vec3d(edge_v));
   light.area = n.length();
-  light.normal = Vec3(n.normalized());
+  light.plane_normal = n.normalized();
+  light.normal = Vec3(light.plane_normal);
   light.bounds_min = light.bounds_max = origin;
   for (const Vec3d& corner : corners_of(light)) grow(light, Vec3(corner));
   return light;
