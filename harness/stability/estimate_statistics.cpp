@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace penumbra::stability {
 namespace {
+
+/// Share of the estimates that count as tail, and the least number of them.
+constexpr std::size_t kTailShare = 8;
+constexpr std::size_t kLeastTail = 8;
 
 /// Quantile for both sides together.
 double quantile_of(double confidence, double degrees_of_freedom) {
@@ -28,9 +33,44 @@ void EstimateStatistics::add(double value) noexcept {
   ++count_;
   zeros_ += value == 0 ? 1u : 0u;
   largest_ = std::max(largest_, value);
+  keep_largest(value);
   const double square = (value - 1) * (value - 1);
   square_sum_ += square;
   fourth_sum_ += square * square;
+}
+
+void EstimateStatistics::keep_largest(double value) noexcept {
+  if (!(value > 0)) return;
+  const auto begin = tail_.begin();
+  if (tail_size_ == kTail) {
+    if (value <= tail_[0]) return;
+    std::pop_heap(begin, tail_.end(), std::greater<>());
+    --tail_size_;
+  }
+  tail_[tail_size_++] = value;
+  std::push_heap(begin, begin + static_cast<std::ptrdiff_t>(tail_size_), std::greater<>());
+}
+
+std::size_t EstimateStatistics::tail_count() const noexcept {
+  if (tail_size_ < 2) return 0;
+  return std::min(tail_size_ - 1, static_cast<std::size_t>(count_) / kTailShare);
+}
+
+double EstimateStatistics::tail_index() const noexcept {
+  const std::size_t k = tail_count();
+  if (k < kLeastTail) return 0;
+  std::array<double, kTail> sorted = tail_;
+  std::sort(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(tail_size_),
+            std::greater<>());
+  double sum = 0;
+  for (std::size_t i = 0; i < k; ++i) sum += std::log(sorted[i] / sorted[k]);
+  return sum > 0 ? static_cast<double>(k) / sum : std::numeric_limits<double>::infinity();
+}
+
+bool EstimateStatistics::has_mean() const noexcept {
+  const auto k = static_cast<double>(tail_count());
+  // The standard error of the index is its size over sqrt(k).
+  return k > 0 && tail_index() * (1 - 2 / std::sqrt(k)) > 1;
 }
 
 double EstimateStatistics::variance() const noexcept {
@@ -64,6 +104,7 @@ double EstimateStatistics::spread() const noexcept {
 MeanTest EstimateStatistics::test(double tolerance) const noexcept {
   const double deviation = std::abs(mean_ - 1) - tolerance;
   if (count_ < 2 || !(largest_ > 0) || !(deviation > 0)) return {};
+  if (mean_ < 1 && !has_mean()) return {};
   const auto n = static_cast<double>(count_);
   const double unseen = mean_ < 1 ? unseen_above() : mean_;
   const double t = deviation * std::sqrt(n / (spread() + deviation * unseen));
@@ -80,7 +121,8 @@ Interval EstimateStatistics::mean_interval(double confidence) const noexcept {
     const double half = 0.5 * q * q * unseen;
     return (half + std::sqrt(half * half + n * q * q * spread())) / n;
   };
-  return {std::max(0.0, mean_ - reach(mean_)), mean_ + reach(unseen_above())};
+  return {std::max(0.0, mean_ - reach(mean_)),
+          has_mean() ? mean_ + reach(unseen_above()) : infinity};
 }
 
 std::optional<Slope> fit_error_slope(const SlopePoint* points, std::size_t count,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -41,6 +43,17 @@ class EstimateStatistics {
   /// decides.
   double variance_uncertainty() const noexcept;
 
+  /// Exponent of the upper tail, P(X > x) ~ x^-index, from the largest hundred or so of the
+  /// estimates; infinite where they are all the same, 0 where too few are positive. A mean exists
+  /// for indices above 1 only. Source: Hill 1975, "A simple general approach to inference about the
+  /// tail of a distribution".
+  double tail_index() const noexcept;
+
+  /// Whether the tail lets a sample say anything of its mean: the index is above 1 by two standard
+  /// errors. Area sampling of a light nearer and nearer has an index of 1/2 up to values that no
+  /// sample reaches.
+  bool has_mean() const noexcept;
+
   /// Variance to use where estimates of a tile depend on each other; the larger one counts.
   void set_variance_of_tiles(double variance) noexcept { variance_of_tiles_ = variance; }
 
@@ -54,15 +67,22 @@ class EstimateStatistics {
   /// variance d M. For a surplus the event is an estimate of 0.
   ///   t = d sqrt(n) / sqrt(s^2 + d M)
   /// For bounded estimates that is Bernstein's inequality; d is significant only where such events
-  /// would have been seen. Where every estimate is 0 nothing is known and t is 0.
+  /// would have been seen. Where every estimate is 0, or the tail has no mean (`has_mean`), a
+  /// deficit says nothing and t is 0.
   /// @param tolerance  deviation of the mean that counts as none
   MeanTest test(double tolerance) const noexcept;
 
   /// Where the mean lies: all values that `test` would not reject at this confidence. The upper end
-  /// is infinite where every estimate is 0.
+  /// is infinite where every estimate is 0 or the tail has no mean.
   Interval mean_interval(double confidence) const noexcept;
 
  private:
+  static constexpr std::size_t kTail = 129;
+
+  void keep_largest(double value) noexcept;
+  /// Number of largest estimates that the index is worked out from.
+  std::size_t tail_count() const noexcept;
+
   /// Variance of a mean times n.
   double spread() const noexcept;
   double unseen_above() const noexcept { return kUnseenFactor * largest_; }
@@ -72,6 +92,9 @@ class EstimateStatistics {
   double largest_{0};
   double square_sum_{0}, fourth_sum_{0};  // of deviations from 1
   double variance_of_tiles_{0};
+  std::array<double, kTail>
+      tail_{};  // the largest positive estimates, a heap with the least on top
+  std::size_t tail_size_{0};
 };
 
 /// Mean square errors at several numbers of samples: log error = a + b log samples by least

@@ -116,7 +116,8 @@ double glossy_radiance(const GlossyPoint& point, const std::function<bool(const 
 }
 
 double glossy_albedo(const GlossyPoint& point) {
-  return glossy_radiance(point, [](const Vec3d&) { return true; });
+  // A half plane of h meets the horizon of wi once: along it wi.z is a cosine of 2 theta_h.
+  return glossy_radiance(point, [](const Vec3d& wi) { return wi.z > 0; });
 }
 
 }  // namespace penumbra::stability

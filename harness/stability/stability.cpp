@@ -26,6 +26,7 @@ constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 20;
 /// Shadow rays per light for the slope, as multiples of the case's own.
 constexpr std::array<int, 2> kMoreRays{4, 16};
 constexpr std::uint64_t kMostSamplesOfOne = std::uint64_t{1} << 14;
+constexpr std::uint64_t kMostQuickSamplesOfOne = std::uint64_t{1} << 10;
 constexpr double kConfidence = 0.95;
 
 struct BuiltStep {
@@ -103,7 +104,8 @@ void measure_levels(Cell& cell, bool quick) {
   cell.levels.push_back(level_of(cell.main, srl));
   for (const int factor : kMoreRays) {
     const int more = factor * srl;
-    if (lights_of(step) * static_cast<std::uint64_t>(more) > kMostSamplesOfOne) break;
+    const std::uint64_t most = quick ? kMostQuickSamplesOfOne : kMostSamplesOfOne;
+    if (lights_of(step) * static_cast<std::uint64_t>(more) > most) break;
     const std::uint64_t estimates = std::max<std::uint64_t>(
         estimates_of(cell, srl, quick) / static_cast<std::uint64_t>(factor), kTilePoints);
     const Measurement m = measure(step, *cell.method, split_budget(entry, more), estimates,
@@ -177,6 +179,8 @@ void set_bias(StabilityRow& row, const Measurement& m) {
 
 void set_slope(StabilityRow& row, const Cell& cell) {
   row.levels = cell.levels;
+  // The error of what is never seen does not fall.
+  if (!cell.main.statistics.has_mean()) return;
   std::vector<SlopePoint> points;
   for (const ErrorLevel& level : cell.levels) {
     points.push_back({static_cast<double>(level.srl), level.rel_mse, level.rel_mse_se});

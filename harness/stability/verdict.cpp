@@ -29,6 +29,9 @@ std::string noisy_reason(const EstimateStatistics& s) {
   if (s.variance() > kQuietVariance && s.variance_uncertainty() > kVarianceUncertainty) {
     return fmt::format("few estimates decide: kurtosis {:.3g}", s.kurtosis().value_or(0));
   }
+  if (std::abs(s.mean() - 1) > kTailDeviation && !s.has_mean()) {
+    return fmt::format("a tail without a mean: index {:.2g}", s.tail_index());
+  }
   return {};
 }
 
@@ -99,10 +102,11 @@ std::vector<std::pair<Verdict, std::string>> rules_in_words() {
   return {
       {Verdict::Ok, "none of the below"},
       {Verdict::Noisy,
-       fmt::format("relative variance of an estimate above {:g}, or so few estimates carry the "
-                   "light that its variance is known to {:g} % only, or none saw it: nothing can "
-                   "be said of bias",
-                   kNoisyVariance, 100 * kVarianceUncertainty)},
+       fmt::format(
+           "relative variance of an estimate above {:g}; or above {:g} and decided by so "
+           "few estimates that it is known to {:g} % only; or the light is never seen, or in "
+           "a tail too heavy for a mean, so that nothing can be said of bias",
+           kNoisyVariance, kQuietVariance, 100 * kVarianceUncertainty)},
       {Verdict::Biased, "the mean differs from the exact answer, significantly and confirmed"},
       {Verdict::Breaks,
        fmt::format("an estimate that is not finite, negative, or light where there is none; or a "
@@ -113,9 +117,9 @@ std::vector<std::pair<Verdict, std::string>> rules_in_words() {
 std::string bias_rule_in_words() {
   return fmt::format(
       "Bias: Holm over all cells of this table at {:g} %, then {} times as many estimates with "
-      "fresh random numbers, Holm over those at {:g} %. A deficit counts only where estimates {:g} "
-      "times the largest one seen could not have hidden it; deviations within single precision "
-      "(column tolerance) do not count.",
+      "fresh random numbers, Holm over those at {:g} %. A deficit counts only where the tail has a "
+      "mean and estimates {:g} times the largest one seen could not have hidden it; deviations "
+      "within single precision (column tolerance) do not count.",
       100 * kLevel, kConfirmFactor, 100 * kConfirmLevel, kUnseenFactor);
 }
 

@@ -27,6 +27,8 @@ inline constexpr double kNoisyVariance = 1.0;
 /// it is large enough to matter, an error of a tenth of the answer.
 inline constexpr double kVarianceUncertainty = 0.3;
 inline constexpr double kQuietVariance = 0.01;
+/// Noisy: a tail without a mean, where the mean that was seen is off by more than this.
+inline constexpr double kTailDeviation = 0.1;
 /// Family-wise level of the bias tests of all steps and estimators together (Holm).
 inline constexpr double kLevel = 0.01;
 /// Of their confirmation, over all that are repeated with fresh random numbers and

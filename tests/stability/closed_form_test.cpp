@@ -83,7 +83,7 @@ TEST(StabilityAnswers, PolygonsKeepTheirDigitsWhenTheyAreTiny) {
     // cos cos / r^2 at the centre; what is left out is of second order in the side.
     const Vec3d c = o + Vec3d(0.5 * side, 0.5 * side, 0);
     const double centre = side * side * c.z * c.z / (c.dot(c) * c.dot(c));
-    EXPECT_NEAR(exact / centre, 1, 2 * side * side / r2 + 1e-8) << side;
+    EXPECT_NEAR(exact / centre, 1, 2 * side * side / r2 + 1e-7) << side;
   }
 }
 
@@ -151,7 +151,7 @@ TEST(StabilityAnswers, GlossyAlbedoIsTheIntegralOverDirections) {
     for (const double cosine : {1.0, 0.6, 0.1}) {
       const GlossyPoint point{alpha, 0.2, 3.9, {std::sqrt(1 - cosine * cosine), 0, cosine}};
       const double sum =
-          over_hemisphere(1000, [&](const Vec3d& w) { return glossy_f_cos(point, w); });
+          over_hemisphere(700, [&](const Vec3d& w) { return glossy_f_cos(point, w); });
       EXPECT_NEAR(glossy_albedo(point) / sum, 1, 2e-4) << alpha << ' ' << cosine;
     }
   }
