@@ -57,7 +57,7 @@ struct StabilityRow {
   std::vector<ErrorLevel> levels;
   Verdict verdict{Verdict::Ok};
   std::string reason;
-  std::string replay;  ///< of the first bad estimate: seed, pixel, estimate, value
+  std::string replay;  ///< of the first bad estimate: seed, rays, pixel, estimate, value
 };
 
 struct StabilityResult {

@@ -69,9 +69,12 @@ std::string failures(const StabilityResult& result) {
     StabilityResult alone;
     alone.rows = {row};
     if (passed(alone)) continue;
-    text += fmt::format("{} at {}, {}: {}, {}{}\n", row.case_name, value_text(row.value),
-                        row.method, to_string(row.verdict), row.reason,
-                        row.replay.empty() ? "" : "; " + row.replay);
+    text += fmt::format(
+        "{} at {}, {}: {}, {}{}\n  again, with the same random numbers: penumbra "
+        "stability --case {} --estimator {}{}\n",
+        row.case_name, value_text(row.value), row.method, to_string(row.verdict), row.reason,
+        row.replay.empty() ? "" : "; " + row.replay, row.case_name, row.estimator,
+        result.quick ? " --quick" : "");
   }
   return text;
 }
