@@ -10,13 +10,17 @@ namespace penumbra::stability {
 namespace {
 
 /// A floor that a partly hidden light lights, in units of `unit`, its corner at `offset`.
-StabilityStep lit_floor(double unit, const Vec3d& offset, double extent) {
+/// @param extent   half side of the scene about it, in units; 0: nothing else is there
+/// @param flipped  whether the floor is wound the other way round
+StabilityStep lit_floor(double unit, const Vec3d& offset, double extent, bool flipped = false) {
   SceneDescription scene = small_scene("lit_floor");
   const auto add = [&](const Vec3d& origin, const Vec3d& u, const Vec3d& v, double radiance,
                        std::uint32_t material) {
     add_rectangle(scene, {offset + origin * unit, u * unit, v * unit}, radiance, false, material);
   };
-  add({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}, 0, kGrey);
+  const Vec3d x(4, 0, 0);
+  const Vec3d y(0, 4, 0);
+  add({-2, -2, 0}, flipped ? y : x, flipped ? x : y, 0, kGrey);
   add({-0.5, -0.5, 2}, {0, 1, 0}, {1, 0, 0}, 1, kBlack);
   add({0.0625, -1, 1}, {0, 2, 0}, {1, 0, 0}, 0, kBlack);
   if (extent > 0) add_extent(scene, extent * unit);
@@ -36,7 +40,7 @@ StabilityStep lit_floor(double unit, const Vec3d& offset, double extent) {
 StabilityStep scene_unit(double unit) { return lit_floor(unit, Vec3d(0), 0); }
 
 StabilityStep offset(double distance) {
-  StabilityStep step = lit_floor(1, Vec3d(distance, -0.5 * distance, 0.25 * distance), 0);
+  StabilityStep step = lit_floor(1, Vec3d(distance, -0.5 * distance, 0.25 * distance), 0, true);
   // World coordinates are doubles.
   step.condition = 1 + distance * 0x1p-28;
   return step;
@@ -100,8 +104,8 @@ std::vector<StabilityCase> geometry_cases() {
        "Lambert's polygon of the visible part", log_steps(1, 1e12, 9), scene_unit},
       {"unit_small", "G1", "a scene in ever smaller units", "units per scene",
        "Lambert's polygon of the visible part", log_steps(1, 1e-12, 9), scene_unit},
-      {"offset", "G2", "a scene ever farther from the origin", "distance over size",
-       "Lambert's polygon of the visible part", log_steps(1, 1e8, 9), offset},
+      {"offset", "G2 S7", "a scene ever farther from the origin, its floor wound backwards",
+       "distance over size", "Lambert's polygon of the visible part", log_steps(1, 1e8, 9), offset},
       {"far_detail", "G2 G4", "the lit floor as a detail of an ever wider scene",
        "scene over detail", "Lambert's polygon of the visible part", log_steps(4, 1e4, 9),
        far_detail},

@@ -41,6 +41,31 @@ StabilityStep sliver_triangle(double height) {
   return step;
 }
 
+StabilityStep degenerate_triangles(double count) {
+  SceneDescription scene = small_scene("degenerate_triangles");
+  add_floor(scene);
+  TriangleMeshShape mesh;
+  mesh.vertices = {{-0.3, 0.1, 1}, {-0.3, 0.7, 1}, {0.4, 0.7, 1}, {0.4, 0.1, 1}, {0.05, 0.4, 1}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  // Without area: a corner twice, and three on a line in turn.
+  for (int i = 0; i < static_cast<int>(count); ++i) {
+    if (i % 2 == 0) {
+      mesh.triangles.push_back({0, 2, 2});
+    } else {
+      mesh.triangles.push_back({0, 4, 2});
+    }
+  }
+  add_shape(scene, mesh, kRadiance);
+  StabilityStep step = on_surface(scene, kFloorView, kNear);
+  set_lambert(step, [&](const ShadingPoint& p) {
+    return kRadiance * irradiance_of_polygon(
+                           *step.scene,
+                           {mesh.vertices[0], mesh.vertices[1], mesh.vertices[2], mesh.vertices[3]},
+                           p);
+  });
+  return step;
+}
+
 StabilityStep huge_light(double half) {
   // A tilted plane that the horizon cuts.
   SceneDescription scene = small_scene("huge_light");
@@ -158,6 +183,13 @@ std::vector<StabilityCase> light_cases() {
        log_steps(1, 1e-5, 11), small_light},
       {"sliver_triangle", "L2 G4", "a triangle light thins out", "height over base",
        "Lambert's polygon", log_steps(1, 1e-5, 11), sliver_triangle},
+      {"degenerate_faces",
+       "S8",
+       "triangles without area in a light",
+       "number of them",
+       "Lambert's polygon",
+       {0, 1, 2, 4, 8, 16, 30, 31, 64},
+       degenerate_triangles},
       {"huge_light", "L3", "a tilted light grows, the horizon cuts it", "half side over distance",
        "Lambert's polygon, cut at the horizon", log_steps(1, 1e5, 11), huge_light},
       {"near_light", "L3 L4", "a light comes near", "distance over side", "Lambert's polygon",

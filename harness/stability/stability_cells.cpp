@@ -15,7 +15,7 @@ constexpr std::uint64_t kEstimates = 16384;
 constexpr std::uint64_t kQuickShare = 16;
 constexpr int kQuickSteps = 4;
 /// Estimates of many samples are fewer.
-constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 20;
+constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 18;
 /// Shadow rays per light for the slope, as multiples of the case's own.
 constexpr std::array<int, 2> kMoreRays{4, 16};
 constexpr std::uint64_t kMostSamplesOfOne = std::uint64_t{1} << 14;
