@@ -16,6 +16,7 @@ constexpr std::uint64_t kQuickShare = 16;
 constexpr int kQuickSteps = 4;
 /// Estimates of many samples are fewer.
 constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 18;
+constexpr std::uint64_t kLeastEstimates = 256;
 /// Shadow rays per light for the slope, as multiples of the case's own.
 constexpr std::array<int, 2> kMoreRays{4, 16};
 constexpr std::uint64_t kMostSamplesOfOne = std::uint64_t{1} << 14;
@@ -34,7 +35,7 @@ std::uint64_t estimates_of(const Cell& cell, int srl, bool quick) {
   const std::uint64_t most =
       kMostSamples / (lights_of(cell.built->step) * static_cast<std::uint64_t>(srl));
   const std::uint64_t estimates = std::min(kEstimates, most) / (quick ? kQuickShare : 1);
-  return std::max<std::uint64_t>(estimates, kTilePoints);
+  return std::max(estimates, kLeastEstimates);
 }
 
 /// The steps of a sweep that are run, both ends among them.
