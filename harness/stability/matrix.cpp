@@ -46,14 +46,9 @@ const StabilityCase& case_named(std::string_view name) {
 
 std::string value_text(double value) {
   if (value == 0) return "0";
-  if (value >= 0.01 && value < 9999.5) {
-    const double digits = std::floor(std::log10(value) + 1e-9);
-    return value >= 100
-               ? fmt::format("{:.0f}", value)
-               : fmt::format(
-                     "{:.{}f}", value,
-                     value >= 1 && value == std::round(value) ? 0 : static_cast<int>(1 - digits));
-  }
+  if (value >= 100 && value < 9999.5) return fmt::format("{:.0f}", value);
+  if (value >= 1 && value < 100) return fmt::format("{:.3g}", value);
+  if (value >= 0.0095 && value < 1) return fmt::format("{:.2g}", value);
   const std::string text = fmt::format("{:.0e}", value);
   const std::size_t e = text.find('e');
   return text.substr(0, e + 1) + std::to_string(std::stoi(text.substr(e + 1)));

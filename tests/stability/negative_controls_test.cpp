@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "harness/stability/glossy_answer.h"
 #include "tests/stability/suite_support.h"
@@ -211,7 +212,8 @@ struct GgxFromCosine {
       const auto c = static_cast<float>(cosine);
       const float naive = (c * c) * (a2 - 1.0f) + 1.0f;
       const double exact = sine * sine + alpha * alpha * cosine * cosine;
-      const double ratio = exact / static_cast<double>(naive);
+      const double ratio = naive != 0.0f ? exact / static_cast<double>(naive)
+                                         : std::numeric_limits<double>::infinity();
       // f cos / pdf of wi, pdf = D cos_h / (4 wo.h), with D taken naively in f alone.
       const double density = alpha * alpha / (M_PI * exact * exact) * h.z / (4 * point.wo.dot(h));
       sum += glossy_f_cos(point, wi) / density * ratio * ratio;
