@@ -32,6 +32,8 @@ double Stopwatch::cpu_s() const {
   return static_cast<double>(now_ns(CLOCK_PROCESS_CPUTIME_ID) - cpu_start_ns_) * 1e-9;
 }
 
+double thread_cpu_s() { return static_cast<double>(now_ns(CLOCK_THREAD_CPUTIME_ID)) * 1e-9; }
+
 void InstructionCounter::open() {
   perf_event_attr attributes;
   std::memset(&attributes, 0, sizeof(attributes));

@@ -16,6 +16,9 @@ class Stopwatch {
   std::int64_t cpu_start_ns_;
 };
 
+/// CPU time of the calling thread so far, of which differences mean something [s].
+double thread_cpu_s();
+
 /// Instructions retired in user space by this process and the threads it makes, through
 /// perf_event_open; absent where the kernel does not allow it.
 class InstructionCounter {

@@ -35,12 +35,13 @@ struct Options {
   ReportOptions report;
   FigureCommandOptions figure;
   SelfTestCommandOptions selftest;
+  StabilityCommandOptions stability;
 };
 
 void add_list(CLI::App& app, Options& o) {
-  CLI::App* c = app.add_subcommand("list", "Lists estimators, scenes and metrics");
-  c->add_option("WHAT", o.list.what, "estimators, scenes or metrics; all when left out")
-      ->check(CLI::IsMember({"all", "estimators", "scenes", "metrics"}));
+  CLI::App* c = app.add_subcommand("list", "Lists estimators, scenes, metrics and stability cases");
+  c->add_option("WHAT", o.list.what, "estimators, scenes, metrics or stability; all when left out")
+      ->check(CLI::IsMember({"all", "estimators", "scenes", "metrics", "stability"}));
   c->add_flag("--json", o.list.json, "For machines");
 }
 
@@ -150,6 +151,19 @@ void add_selftest(CLI::App& app, Options& o) {
   c->add_flag("--json", o.selftest.json, "For machines");
 }
 
+void add_stability(CLI::App& app, Options& o) {
+  CLI::App* c = app.add_subcommand(
+      "stability", "Runs every estimator on stiff and extreme cases with known answers");
+  c->add_option("--estimator", o.stability.estimator, "Only this one (penumbra list estimators)");
+  c->add_option("--case", o.stability.case_name,
+                "Only this case (penumbra list stability), with all its statistics");
+  c->add_option("--out", o.stability.out,
+                "Folder for stability.csv, stability.json and stability.png");
+  c->add_flag("--quick", o.stability.quick, "Fewer steps and estimates");
+  c->add_flag("--json", o.stability.json, "For machines");
+  c->add_option("--threads", o.stability.threads, "0: all cores")->capture_default_str();
+}
+
 int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("list")) return list_command(o.list);
   if (app.got_subcommand("validate")) return validate_command(o.validate);
@@ -160,6 +174,7 @@ int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("figure")) return figure_command(o.figure);
   if (app.got_subcommand("render")) return render_command(o.render);
   if (app.got_subcommand("selftest")) return selftest_command(o.selftest);
+  if (app.got_subcommand("stability")) return stability_command(o.stability);
   if (app.got_subcommand("replay")) return replay_command(o.replay);
   return inspect_command(o.inspect);
 }
@@ -178,6 +193,7 @@ int run_main(int argc, char** argv) {
   add_inspect(app, options);
   add_replay(app, options);
   add_selftest(app, options);
+  add_stability(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

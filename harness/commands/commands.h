@@ -32,7 +32,7 @@ struct ConfigOptions {
 };
 
 struct ListOptions {
-  std::string what{"all"};  ///< estimators, scenes, metrics
+  std::string what{"all"};  ///< estimators, scenes, metrics, stability
   bool json{false};
 };
 int list_command(const ListOptions& options);
@@ -130,5 +130,17 @@ struct SelfTestCommandOptions {
 };
 /// @return kCorrectness when a check fails
 int selftest_command(const SelfTestCommandOptions& options);
+
+struct StabilityCommandOptions {
+  std::string estimator;      ///< empty: all
+  std::string case_name;      ///< empty: all
+  std::filesystem::path out;  ///< folder of the CSV, JSON and picture; empty: none
+  bool quick{false};
+  bool json{false};
+  int threads{0};
+};
+/// @return kCorrectness when an estimator that claims to be unbiased is biased, or an estimate is
+///         not finite or negative
+int stability_command(const StabilityCommandOptions& options);
 
 }  // namespace penumbra

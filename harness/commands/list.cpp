@@ -8,6 +8,7 @@
 #include "harness/commands/commands.h"
 #include "harness/metrics.h"
 #include "harness/project_root.h"
+#include "harness/stability/stability_case.h"
 #include "scenes/core/scene_file.h"
 
 namespace penumbra {
@@ -99,6 +100,26 @@ Json metrics_json() {
   return list;
 }
 
+Json stability_json() {
+  Json list = Json::array();
+  for (const stability::StabilityCase& c : stability::stability_cases()) {
+    list.push_back({{"name", c.name},
+                    {"ids", c.ids},
+                    {"summary", c.summary},
+                    {"parameter", c.parameter},
+                    {"values", c.values},
+                    {"answer", c.answer}});
+  }
+  return list;
+}
+
+void print_stability() {
+  for (const stability::StabilityCase& c : stability::stability_cases()) {
+    fmt::print("{:<18} {}\n{:19}{}: {:g} to {:g} in {} steps; answer: {}\n", c.name, c.summary, "",
+               c.parameter, c.values.front(), c.values.back(), c.values.size(), c.answer);
+  }
+}
+
 }  // namespace
 
 int list_command(const ListOptions& options) {
@@ -108,6 +129,7 @@ int list_command(const ListOptions& options) {
     if (all || options.what == "estimators") json["estimators"] = estimators_json();
     if (all || options.what == "scenes") json["scenes"] = scenes_json();
     if (all || options.what == "metrics") json["metrics"] = metrics_json();
+    if (all || options.what == "stability") json["stability"] = stability_json();
     fmt::print("{}\n", json.dump(2));
     return kSuccess;
   }
@@ -136,6 +158,10 @@ int list_command(const ListOptions& options) {
         "x the image, A and B the halves of the reference, r = (A+B)/2. FLIP is not among them: no "
         "maintained implementation is packaged for Debian; measure the EXR files of runs/ with its "
         "authors' tool.\n");
+  }
+  if (all || options.what == "stability") {
+    if (all) fmt::print("\nSTABILITY CASES\n");
+    print_stability();
   }
   return kSuccess;
 }
