@@ -29,6 +29,11 @@ std::vector<ConfigReader::Item> ConfigReader::axis_items(const json& value,
                                                          const std::string& pointer, bool whole) {
   if (value.is_array()) {
     std::vector<Item> items;
+    if (value.size() > kMaxAxisValues) {
+      fault(pointer, "has " + std::to_string(value.size()) + " values; allowed: up to " +
+                         std::to_string(kMaxAxisValues));
+      return items;
+    }
     for (std::size_t i = 0; i < value.size(); ++i) {
       items.push_back({value[i], child_pointer(pointer, i)});
     }
@@ -90,10 +95,18 @@ std::optional<Srl> ConfigReader::read_srl(const json& value, const std::string& 
 std::vector<ConfigReader::Item> ConfigReader::srl_items(const json& value,
                                                         const std::string& pointer) {
   if (!value.is_object() || !value.contains("initial")) return axis_items(value, pointer, true);
+  const std::vector<Item> initial =
+      axis_items(value["initial"], child_pointer(pointer, "initial"), true);
+  const std::vector<Item> adaptive =
+      axis_items(value.value("adaptive", json(0)), child_pointer(pointer, "adaptive"), true);
   std::vector<Item> items;
-  for (const Item& first : axis_items(value["initial"], child_pointer(pointer, "initial"), true)) {
-    for (const Item& second :
-         axis_items(value.value("adaptive", json(0)), child_pointer(pointer, "adaptive"), true)) {
+  if (initial.size() * adaptive.size() > kMaxAxisValues) {
+    fault(pointer, "makes " + std::to_string(initial.size() * adaptive.size()) +
+                       " pairs; allowed: up to " + std::to_string(kMaxAxisValues));
+    return items;
+  }
+  for (const Item& first : initial) {
+    for (const Item& second : adaptive) {
       items.push_back({json(first.value.dump() + "-" + second.value.dump()), first.pointer});
     }
   }
@@ -221,7 +234,12 @@ void ConfigReader::read_exclude(const json& exclude, const std::string& pointer,
     }
     if (!values.empty()) method.exclude.push_back(std::move(values));
   }
-  if (faults_.all().empty() && sweep_points(config_, method).empty()) {
+  if (combination_count(config_, method) > kMaxCombinations) {
+    fault(pointer.substr(0, pointer.rfind('/')),
+          "the axes of method \"" + method.label + "\" have more than " +
+              std::to_string(kMaxCombinations) +
+              " combinations; zip some, or make methods of them");
+  } else if (faults_.all().empty() && sweep_points(config_, method).empty()) {
     fault(pointer, "nothing is left of method \"" + method.label + "\"");
   }
 }

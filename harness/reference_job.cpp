@@ -8,6 +8,7 @@
 #include "harness/clocks.h"
 #include "harness/keys.h"
 #include "harness/progress.h"
+#include "harness/reference_metadata.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -48,8 +49,8 @@ ReferenceJob::ReferenceJob(const LoadedScene& scene, std::string id, std::filesy
 
 void ReferenceJob::resume(const ExrFile& file) {
   const char* layers[2] = {"half_a", "half_b"};
-  lineage_ = nlohmann::json::parse(file.metadata.at("lineage"));
-  const int half_spp = std::stoi(file.metadata.at("spp")) / 2;
+  lineage_ = reference_lineage(file);
+  const int half_spp = reference_count(file, "spp") / 2;
   for (std::size_t h = 0; h < 2; ++h) {
     const Image& image = file.image(layers[h]);
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {

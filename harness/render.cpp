@@ -17,6 +17,11 @@ namespace {
 
 constexpr std::size_t kMaxListed = 100;
 
+/// Of one tile; every thread keeps them.
+constexpr std::size_t kMaxTileEstimates = std::size_t{1} << 27;
+
+constexpr int kMaxThreads = 4096;  // as the schema of experiments has it
+
 // An estimator with the buffers of one tile; one per thread slot.
 struct Worker {
   std::unique_ptr<Estimator> estimator;
@@ -73,6 +78,11 @@ class Job {
           largest, static_cast<std::size_t>(tile.width) * static_cast<std::size_t>(tile.height));
     }
     const std::size_t estimates = largest * static_cast<std::size_t>(settings_.spp);
+    if (estimates > kMaxTileEstimates) {
+      throw InputError(std::to_string(settings_.spp) + " estimates for each of " +
+                       std::to_string(largest) + " pixels of a tile are too many; allowed: up to " +
+                       std::to_string(kMaxTileEstimates) + " together");
+    }
     for (Worker& worker : workers_) {
       worker.radiance.resize(estimates);
       worker.maps.resize(estimates * result_.map_infos.size());
@@ -195,6 +205,10 @@ Image add_images(int width, int height, const std::vector<Vec3d>& a, const std::
 }
 
 int resolve_threads(int threads) {
+  if (threads < 0 || threads > kMaxThreads) {
+    throw InputError("threads: expected 0, for all cores, to " + std::to_string(kMaxThreads) +
+                     ", found " + std::to_string(threads));
+  }
   if (threads > 0) return threads;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }

@@ -49,7 +49,8 @@ struct RenderResult {
 /// Runs the estimator on `settings.threads` threads. A pixel is the mean over its camera samples of
 /// the mean of the estimates made at each, so the truth does not depend on the number of estimates.
 /// The image has the same bits on any number of threads.
-/// @throws InputError when the parameters have no meaning for the scene and budget
+/// @throws InputError when the parameters have no meaning for the scene and budget, or a tile has
+///         more estimates than memory should hold
 RenderResult render(const Scene& scene, const ShadingPoints& points,
                     const RenderSettings& settings);
 
@@ -61,6 +62,7 @@ std::vector<Vec3d> seen_emission(const Scene& scene, const ShadingPoints& points
 Image add_images(int width, int height, const std::vector<Vec3d>& a, const std::vector<Vec3d>& b);
 
 /// Threads that "0 = all" stands for.
+/// @throws InputError when there are less than 0 or more than 4096
 int resolve_threads(int threads);
 
 }  // namespace penumbra

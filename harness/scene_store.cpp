@@ -1,18 +1,33 @@
 #include "harness/scene_store.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "harness/progress.h"
 #include "harness/reference.h"
+#include "scenes/core/error.h"
 #include "scenes/core/scene_file.h"
 
 namespace penumbra {
+namespace {
+
+constexpr int kMaxResolution = 16384;  // as the schemas have it
+
+}  // namespace
 
 SceneDescription load_description(const std::filesystem::path& file,
                                   const std::optional<std::array<int, 2>>& resolution) {
   SceneDescription description = load_scene_description(file);
   for (const std::string& warning : description.warnings) warn(file.string() + ": " + warning);
-  if (resolution) description.camera.resolution = *resolution;
+  if (resolution) {
+    for (const int side : *resolution) {
+      if (side >= 1 && side <= kMaxResolution) continue;
+      throw InputError(fmt::format("resolution: expected 1 to {} pixels a side, found {} x {}",
+                                   kMaxResolution, (*resolution)[0], (*resolution)[1]));
+    }
+    description.camera.resolution = *resolution;
+  }
   return description;
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "harness/commands/commands.h"
 #include "harness/config_values.h"
 #include "harness/exr.h"
@@ -16,6 +18,10 @@
 
 namespace penumbra {
 namespace {
+
+// As the schema of experiments has them.
+constexpr int kMaxSpp = 1'000'000;
+constexpr float kMaxExposure = 30.0f;
 
 const EstimatorEntry& estimator_of(const std::string& name) {
   if (const EstimatorEntry* entry = find_estimator(name)) return *entry;
@@ -67,7 +73,14 @@ RenderSettings settings_of(const RenderOptions& options) {
                                  srl.total()));
   }
   if (!srl.split) srl = split_srl(srl.total(), entry.adaptive);
-  if (options.spp < 1) throw InputError(fmt::format("--spp: at least 1, found {}", options.spp));
+  if (options.spp < 1 || options.spp > kMaxSpp) {
+    throw InputError(fmt::format("--spp: expected 1 to {}, found {}", kMaxSpp, options.spp));
+  }
+  // Also not NaN.
+  if (!(std::abs(options.exposure) <= kMaxExposure)) {
+    throw InputError(fmt::format("--exposure: expected -{0} to {0} stops, found {1}", kMaxExposure,
+                                 options.exposure));
+  }
   RenderSettings settings;
   settings.estimator = &entry;
   settings.params = params_of(entry, options.params);
