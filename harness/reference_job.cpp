@@ -7,6 +7,7 @@
 #include "harness/build_info.h"
 #include "harness/clocks.h"
 #include "harness/keys.h"
+#include "harness/pixel_record.h"
 #include "harness/progress.h"
 #include "harness/reference_metadata.h"
 #include "scenes/core/error.h"
@@ -92,12 +93,11 @@ RenderResult ReferenceJob::render_pass(RenderSettings& settings, int half) const
   settings.seed = hash_texts({"reference", id_, half == 0 ? "a" : "b", std::to_string(next_pass_)});
   RenderResult pass = render(*scene_.scene, scene_.points, settings);
   if (pass.bad_count == 0) return pass;
-  const BadEstimate& bad = pass.bad.front();
+  pass.bad.resize(1);
+  find_causes(*scene_.scene, scene_.points, settings, pass);
   throw RunError(fmt::format(
-      "reference of scene \"{}\": {} estimates are not finite or negative, first at pixel {},{} "
-      "estimate {}: ({}, {}, {})",
-      scene_.scene->name(), pass.bad_count, bad.x, bad.y, bad.estimate, bad.value.x, bad.value.y,
-      bad.value.z));
+      "reference of scene \"{}\": {} estimates are not finite or negative, the first at {}",
+      scene_.scene->name(), pass.bad_count, describe(pass.bad.front())));
 }
 
 void ReferenceJob::run(int target) {

@@ -1,5 +1,6 @@
 #include "harness/render.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -135,7 +136,7 @@ class Job {
     ++worker.bad_count;
     if (worker.bad.size() >= kMaxListed) return;
     worker.bad.push_back(
-        {tile.x0 + pixel % tile.width, tile.y0 + pixel / tile.width, estimate, value});
+        {tile.x0 + pixel % tile.width, tile.y0 + pixel / tile.width, estimate, value, {}});
   }
 
   void collect() {
@@ -157,6 +158,12 @@ class Job {
 };
 
 }  // namespace
+
+std::string describe(const BadEstimate& bad) {
+  return fmt::format("pixel {},{} estimate {}: ({}, {}, {}){}{}", bad.x, bad.y, bad.estimate,
+                     bad.value.x, bad.value.y, bad.value.z, bad.cause.empty() ? "" : "; ",
+                     bad.cause);
+}
 
 Image RenderResult::image() const {
   Image result = make_image(width, height);

@@ -25,7 +25,11 @@ struct BadEstimate {
   int x{0}, y{0};
   int estimate{0};
   Rgb value{0.0f};
+  std::string cause;  ///< component and sample that made it so; find_causes (pixel_record.h)
 };
+
+/// "pixel 3,4 estimate 5: (nan, 0, 0); component bsdf, sample 2: ..."
+std::string describe(const BadEstimate& bad);
 
 struct RenderResult {
   int width{0}, height{0};

@@ -9,6 +9,7 @@
 #include "harness/exr.h"
 #include "harness/map_strips.h"
 #include "harness/picture.h"
+#include "harness/pixel_record.h"
 #include "harness/plan.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
@@ -121,7 +122,7 @@ int render_command(const RenderOptions& options) {
   const std::unique_ptr<Scene> scene =
       load_scene(scene_path(options.scene), resolution, SceneOptions{options.keep_all});
   const ShadingPoints points = make_shading_points(*scene, settings.spp, kCameraSeed, 16, quantity);
-  const RenderResult result = render(*scene, points, settings);
+  RenderResult result = render(*scene, points, settings);
   const Image picture =
       add_images(result.width, result.height, result.radiance, seen_emission(*scene, points));
   if (extension == ".png") {
@@ -149,9 +150,10 @@ int render_command(const RenderOptions& options) {
                    static_cast<double>(result.counters.rays) /
                        static_cast<double>(std::max<std::uint64_t>(result.counters.estimates, 1)),
                    result.time_wall_s, result.time_cpu_s));
-  for (const BadEstimate& bad : result.bad) {
-    warn(fmt::format("pixel {},{} estimate {} is not finite or negative: ({}, {}, {})", bad.x,
-                     bad.y, bad.estimate, bad.value.x, bad.value.y, bad.value.z));
+  if (result.bad_count > 0) {
+    find_causes(*scene, points, settings, result);
+    for (const BadEstimate& bad : result.bad) warn(describe(bad));
+    warn(fmt::format("{} estimates are not finite or negative", result.bad_count));
   }
   return result.bad_count > 0 ? kRunFailure : kSuccess;
 }

@@ -279,13 +279,27 @@ TEST_F(Replay, CommandInEventsLeadsToTheEstimateThatIsNotFinite) {
   const RunRow failed = read_run_rows(root_ / "folder with blanks/measurements.csv").rows.at(0);
   EXPECT_EQ(failed.status, RunStatus::Failed);
   EXPECT_EQ(failed.image_hash.size(), 32u);
+  // The table tells of the failure in place of numbers.
+  const std::vector<EfficiencyRow> table =
+      read_efficiency_rows(root_ / "folder with blanks/efficiency.csv");
+  ASSERT_EQ(table.size(), 1u);
+  EXPECT_EQ(table[0].verdict, Verdict::Failed);
+  EXPECT_FALSE(table[0].err.has_value());
+  EXPECT_NE(table[0].note.find("not finite or negative"), std::string::npos) << table[0].note;
   const std::string events = read_text(root_ / "folder with blanks/events.txt");
-  const std::string prefix = "replay: penumbra ";
+  EXPECT_NE(events.find("; component bsdf, sample "), std::string::npos) << events;
+  const std::string prefix = "replay: ";
   const std::size_t begin = events.find(prefix);
   ASSERT_NE(begin, std::string::npos) << events;
   const std::string command =
       events.substr(begin + prefix.size(), events.find('\n') - begin - prefix.size());
-  const Outcome replayed = run(command + " --json --verify");
+  // As it stands there, from another folder.
+  const std::string path = fs::path(PENUMBRA_EXECUTABLE).parent_path().string();
+  const Outcome as_it_is = run_shell("cd / && PATH='" + path + "':$PATH && " + command);
+  ASSERT_EQ(as_it_is.code, 0) << command << "\n" << as_it_is.output;
+  EXPECT_NE(as_it_is.output.find("the row failed: "), std::string::npos) << as_it_is.output;
+  const Outcome replayed =
+      run_shell("PATH='" + path + "':$PATH && " + command + " --json --verify");
   ASSERT_EQ(replayed.code, 0) << command << "\n" << replayed.output;
   const json result = json::parse(replayed.output);
   ASSERT_EQ(result.at("estimates").size(), 1u);
