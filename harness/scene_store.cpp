@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "harness/progress.h"
@@ -14,12 +15,20 @@ namespace {
 
 constexpr int kMaxResolution = 16384;  // as the schemas have it
 
+bool has_light(const SceneDescription& scene) {
+  return !scene.point_lights.empty() || !scene.spot_lights.empty() ||
+         !scene.directional_lights.empty() || scene.environment ||
+         std::any_of(scene.shapes.begin(), scene.shapes.end(),
+                     [](const ShapeDescription& shape) { return shape.emission.has_value(); });
+}
+
 }  // namespace
 
 SceneDescription load_description(const std::filesystem::path& file,
                                   const std::optional<std::array<int, 2>>& resolution) {
   SceneDescription description = load_scene_description(file);
   for (const std::string& warning : description.warnings) warn(file.string() + ": " + warning);
+  if (!has_light(description)) warn(file.string() + ": there is no light: every estimate is 0");
   if (resolution) {
     for (const int side : *resolution) {
       if (side >= 1 && side <= kMaxResolution) continue;
