@@ -17,6 +17,12 @@ using nlohmann::json;
 
 namespace {
 
+/// Of ranges; whole numbers up to here are doubles.
+constexpr double kMaxOfRange = 1e15;
+
+/// As the schema has it for single numbers; those of a range are known here.
+constexpr std::int64_t kMaxSpp = 1'000'000;
+
 template <typename T>
 void add_unless_twice(std::vector<T>& list, const T& value, bool& twice) {
   twice = std::find(list.begin(), list.end(), value) != list.end();
@@ -56,6 +62,11 @@ std::vector<ConfigReader::Item> ConfigReader::axis_items(const json& value,
   }
   std::vector<Item> items;
   for (const double number : spaced_values(from, to, steps, scale == "log")) {
+    // Also where the distance of the ends is beyond a double.
+    if (!(std::abs(number) <= kMaxOfRange)) {
+      fault(pointer, "expected a range within -1e+15 and 1e+15, found " + value.dump());
+      return {};
+    }
     const json item = whole ? json(std::llround(number)) : json(number);
     const bool twice = std::any_of(items.begin(), items.end(),
                                    [&](const Item& other) { return other.value == item; });
@@ -129,7 +140,14 @@ void ConfigReader::read_axes(const json& value, const std::string& pointer,
                     entry, method);
   if (object.contains("spp")) {
     for (const Item& item : axis_items(object["spp"], child_pointer(pointer, "spp"), true)) {
-      if (item.value.is_number_integer()) method.spp.push_back(item.value.get<int>());
+      if (!item.value.is_number_integer()) continue;
+      const auto spp = item.value.get<std::int64_t>();
+      if (spp < 1 || spp > kMaxSpp) {
+        fault(item.pointer, "expected whole numbers from 1 to " + std::to_string(kMaxSpp) +
+                                ", found " + item.value.dump());
+        continue;
+      }
+      method.spp.push_back(static_cast<int>(spp));
     }
   }
   if (object.contains("sampler")) {

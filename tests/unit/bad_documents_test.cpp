@@ -53,6 +53,18 @@ TEST_F(BadDocuments, SweepsThatExplodeAreRefusedBeforeTheyAreExpanded) {
                "has 1001 values; allowed: up to 1000");
 }
 
+TEST_F(BadDocuments, RangesBeyondTheirTypeAreRefused) {
+  const auto range = [](double from, double to) {
+    return json{{"from", from}, {"to", to}, {"steps", 2}, {"scale", "linear"}};
+  };
+  expect_fault(config_with({{"spp", range(8, 5e9)}}), "/methods/1/spp",
+               "expected whole numbers from 1 to 1000000, found 5000000000");
+  expect_fault(config_with({{"spp", range(8, 1e300)}}), "/methods/1/spp",
+               "expected a range within -1e+15 and 1e+15");
+  expect_fault(config_with({{"params", {{"alpha_floor", range(-1e308, 1e308)}}}}),
+               "/methods/1/params/alpha_floor", "expected a range within");
+}
+
 TEST_F(BadDocuments, OverridesThatAreNotUtf8AreRefused) {
   EXPECT_NE(faults_of(small_config(), {"name=\xff"}).find("error: is not UTF-8"),
             std::string::npos);
