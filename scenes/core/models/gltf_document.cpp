@@ -19,8 +19,9 @@ constexpr std::array<std::string_view, 2> kExtensions{"KHR_lights_punctual",
 
 constexpr std::size_t kMaxNesting = 64;
 /// Of zeros that a sparse accessor implies: nothing in the file stands for them.
-constexpr std::size_t kMaxImpliedElements = 1u << 24;
+constexpr std::size_t kMaxImpliedElements = 1u << 20;
 constexpr std::size_t kMaxElements = std::numeric_limits<std::int32_t>::max();
+constexpr std::uint64_t kMaxElementsRead = std::uint64_t{1} << 28;
 
 /// tinygltf builds nested values by recursion, which a hostile file would use to end the stack.
 bool is_nested_too_deeply(std::string_view json) {
@@ -264,7 +265,7 @@ GltfDocument::Elements GltfDocument::elements(const std::string& user, int buffe
   return {data.data() + view.byteOffset + offset, stride};
 }
 
-const tinygltf::Accessor& GltfDocument::accessor(int index, int components) const {
+const tinygltf::Accessor& GltfDocument::accessor(int index, int components) {
   const tinygltf::Accessor& accessor = at(model_.accessors, index, "accessor");
   const int found = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
   if (found != components) {
@@ -274,6 +275,12 @@ const tinygltf::Accessor& GltfDocument::accessor(int index, int components) cons
   if (accessor.count == 0 || accessor.count > kMaxElements) {
     fault("accessor " + std::to_string(index) + " has " + std::to_string(accessor.count) +
           " elements, expected 1 to 2^31 - 1");
+  }
+  // Every node that uses a mesh reads it again, so a small file can ask for any amount.
+  elements_read_ += accessor.count;
+  if (elements_read_ > kMaxElementsRead) {
+    fault("its nodes use more than " + std::to_string(kMaxElementsRead) +
+          " elements of accessors in all");
   }
   return accessor;
 }
@@ -316,8 +323,7 @@ void GltfDocument::read(int index, int components, std::size_t count, Read read_
   }
 }
 
-std::vector<float> GltfDocument::read_vectors(int index, int components,
-                                              bool may_be_normalized) const {
+std::vector<float> GltfDocument::read_vectors(int index, int components, bool may_be_normalized) {
   const tinygltf::Accessor& found = accessor(index, components);
   const int type = found.componentType;
   const bool normalized = may_be_normalized && found.normalized &&
@@ -350,7 +356,7 @@ std::vector<float> GltfDocument::read_vectors(int index, int components,
   return values;
 }
 
-std::vector<std::uint32_t> GltfDocument::read_indices(int index) const {
+std::vector<std::uint32_t> GltfDocument::read_indices(int index) {
   const tinygltf::Accessor& found = accessor(index, 1);
   if (!is_index_type(found.componentType)) {
     fault("accessor " + std::to_string(index) +
