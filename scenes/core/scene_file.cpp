@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -358,43 +357,11 @@ class SceneReader {
   std::set<std::string> names_;              ///< of shapes and lights
 };
 
-/// Without the schema, which has allowed numbers only.
-std::array<int, 2> read_resolution(const json& camera) {
-  std::array<int, 2> resolution = CameraDescription{}.resolution;
-  if (!camera.contains("resolution")) return resolution;
-  for (std::size_t i = 0; i < resolution.size(); ++i) {
-    const auto side = camera["resolution"].at(i).get<double>();
-    // A conversion of what does not fit is undefined; the number is no resolution in any case.
-    const bool fits = side >= 0.0 && side <= std::numeric_limits<int>::max();
-    resolution[i] = fits ? static_cast<int>(side) : 0;
-  }
-  return resolution;
-}
-
 }  // namespace
 
 SceneDescription load_scene_description(const std::filesystem::path& file) {
   if (is_model_file(file)) return scene_of_model(file);
   return parse_scene_description(LocatedJson::parse_file(file));
-}
-
-SceneSummary read_scene_summary(const std::filesystem::path& file) {
-  const LocatedJson document = LocatedJson::parse_file(file);
-  const json& root = document.root();
-  try {
-    SceneSummary result;
-    result.name = root.at("name").get<std::string>();
-    result.summary = root.value("summary", std::string());
-    result.resolution = read_resolution(root.at("camera"));
-    result.shapes = root.contains("shapes") ? root["shapes"].size() : 0;
-    return result;
-  } catch (const json::exception&) {
-    // The schema says what is wrong, and where; it takes too long to be asked about sound files.
-    DiagnosticList faults;
-    check_schema(document, faults);
-    faults.throw_if_any();
-    throw;
-  }
 }
 
 SceneDescription parse_scene_description(const LocatedJson& document) {

@@ -24,9 +24,10 @@ bool generates(const nlohmann::json& root) {
 
 }  // namespace
 
-/// A scene file, and the scene that is built of what the file says.
+/// A scene file, its summary, and the scene that is built of what the file says.
 void fuzz_scene(const Sandbox& sandbox, std::string_view input) {
   const std::string file = (sandbox.folder() / "scene.json").string();
+  accepts<InputError>(file, [&] { read_scene_summary(sandbox.write("scene.json", input)); });
   accepts<InputError>(file, [&] {
     const LocatedJson document = LocatedJson::parse_text(input, file);
     if (generates(document.root())) return;
