@@ -108,7 +108,9 @@ TEST_F(BadData, NumbersOfASceneThatAreNotAllowedNameTheirPlace) {
       {"/environment", {{"image", "dir.obj"}}, {"not a file but a directory"}},
       {"/include", {{{"file", "dir.obj"}}}, {"/include/0/file", "is a folder"}},
       {"/include", {{{"file", "missing.obj"}}}, {"/include/0/file", "No such file"}},
-      {"/include", {{{"file", "s.json"}}}, {"unknown format \".json\""}}};
+      {"/include", {{{"file", "s.json"}}}, {"unknown format \".json\""}},
+      {"/camera/position", {1e30, 3, 4}, {"the camera is", "allowed: up to 1e+15"}},
+      {"/shapes/1/edge_u", {1e-60, 0, 0}, {"light \"lamp\" is too small beside the scene"}}};
   for (const Case& c : cases) {
     json scene = lit_floor();
     scene[json::json_pointer(c.pointer)] = c.value;
