@@ -8,8 +8,20 @@
 namespace penumbra {
 namespace {
 
-using nlohmann::json;
 using nlohmann::ordered_json;
+
+/// Deeper documents are left alone: copying and writing them recurses.
+constexpr int kMaxDepth = 200;
+
+bool is_shallow(std::string_view text) {
+  int depth = 0;
+  for (const char c : text) {
+    if (c == '[' || c == '{') ++depth;
+    if (c == ']' || c == '}') --depth;
+    if (depth > kMaxDepth) return false;
+  }
+  return true;
+}
 
 class JsonMutator {
  public:
@@ -143,6 +155,7 @@ class JsonMutator {
 
 std::optional<std::string> mutate_json(std::string_view text, const std::vector<std::string>& words,
                                        std::uint32_t seed) {
+  if (!is_shallow(text)) return std::nullopt;
   ordered_json root = ordered_json::parse(text, nullptr, false, true);
   if (root.is_discarded()) return std::nullopt;
   JsonMutator mutator(root, words, seed);

@@ -12,7 +12,7 @@ namespace penumbra {
 /// get past a parser. Numbers become extreme ones, values change their type, members and elements
 /// are removed, copied or added.
 /// @param words  keys and texts to choose from; not empty
-/// @return nothing where `text` is not JSON
+/// @return nothing where `text` is not JSON or is nested deeply
 std::optional<std::string> mutate_json(std::string_view text, const std::vector<std::string>& words,
                                        std::uint32_t seed);
 

@@ -2,10 +2,14 @@
 // libFuzzer itself leaves options with two dashes alone, and hands them on to its workers.
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "tests/fuzz/json_mutator.h"
 #include "tests/fuzz/target.h"
@@ -45,7 +49,7 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
       std::fprintf(stderr, " %s", std::string(target.name).c_str());
     }
     std::fprintf(stderr, "\n");
-    return std::exit(2), 2;
+    std::exit(2);
   }
   if (state().target->words != nullptr) state().words = state().target->words();
   state().sandbox = std::make_unique<penumbra::Sandbox>();

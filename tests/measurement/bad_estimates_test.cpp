@@ -9,6 +9,7 @@
 
 #include "harness/pixel_record.h"
 #include "harness/scene_store.h"
+#include "scenes/core/error.h"
 #include "tests/support/scenes_support.h"
 
 namespace penumbra {
@@ -143,6 +144,20 @@ TEST_F(BadEstimates, AreAllCountedAndTheFirstHundredListed) {
   EXPECT_EQ(result.bad_count, 8u * 4u * 4u);
   ASSERT_EQ(result.bad.size(), 100u);
   EXPECT_EQ(result.bad.front().cause, "component unknown: the estimator left no record");
+}
+
+TEST_F(BadEstimates, MoreOfThemThanMemoryShouldHoldAreRefused) {
+  RenderSettings settings;
+  settings.estimator = &kFaulty;
+  settings.spp = 1 << 23;
+  try {
+    render(*scene_, points_, settings);
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "8388608 estimates for each of 32 pixels of a tile are too many; allowed: up to "
+              "134217728 together");
+  }
 }
 
 }  // namespace

@@ -41,8 +41,9 @@ class BadDocuments : public ConfigTest {
 };
 
 TEST_F(BadDocuments, SweepsThatExplodeAreRefusedBeforeTheyAreExpanded) {
-  const json range = {{"from", 8}, {"to", 8000}, {"steps", 500}, {"scale", "linear"}};
-  expect_fault(config_with({{"spp", range}, {"params", {{"population", range}}}}), "/methods/1",
+  const json counts = {{"from", 8}, {"to", 8000}, {"steps", 500}, {"scale", "linear"}};
+  const json floors = {{"from", 0.001}, {"to", 0.1}, {"steps", 500}, {"scale", "linear"}};
+  expect_fault(config_with({{"spp", counts}, {"params", {{"alpha_floor", floors}}}}), "/methods/1",
                "the axes of method \"P\" have more than 10000 combinations");
   const json wide = {{"from", 1}, {"to", 5000}, {"steps", 1000}, {"scale", "linear"}};
   expect_fault(config_with({{"srl", {{"initial", wide}, {"adaptive", wide}}}}), "/methods/1/srl",
