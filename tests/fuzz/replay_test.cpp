@@ -68,7 +68,7 @@ std::vector<std::string> target_names() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Targets, FuzzReplay, testing::ValuesIn(target_names()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& target) { return target.param; });
 
 TEST(JsonMutator, MakesOtherDocumentsOfWhichManyAreDifferent) {
   const std::string text = R"({"a": [1, 2, {"b": "text"}], "c": true, "d": null})";
