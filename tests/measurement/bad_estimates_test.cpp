@@ -76,7 +76,8 @@ std::span<const ParamSpec> no_params() { return {}; }
 std::unique_ptr<Estimator> create_faulty(const Scene&, const ParamSet&, const Budget&) {
   return std::make_unique<Faulty>();
 }
-constexpr EstimatorEntry kFaulty = {.name = "faulty", .params = no_params, .create = create_faulty};
+constexpr EstimatorEntry kFaulty = {
+    .name = "faulty", .summary = {}, .citation = {}, .params = no_params, .create = create_faulty};
 
 /// All bad, and no record of it.
 class AllNegative final : public Estimator {
@@ -88,8 +89,11 @@ class AllNegative final : public Estimator {
 std::unique_ptr<Estimator> create_negative(const Scene&, const ParamSet&, const Budget&) {
   return std::make_unique<AllNegative>();
 }
-constexpr EstimatorEntry kAllNegative = {
-    .name = "negative", .params = no_params, .create = create_negative};
+constexpr EstimatorEntry kAllNegative = {.name = "negative",
+                                         .summary = {},
+                                         .citation = {},
+                                         .params = no_params,
+                                         .create = create_negative};
 
 class BadEstimates : public testing::Test {
  protected:
