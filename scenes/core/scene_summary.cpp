@@ -16,9 +16,9 @@ namespace {
 /// Numbers are looked at, because the schema is not asked.
 std::array<int, 2> read_resolution(const json& camera) {
   std::array<int, 2> resolution = CameraDescription{}.resolution;
-  if (!camera.contains("resolution")) return resolution;
+  const json sides = camera.value("resolution", json(resolution));
   for (std::size_t i = 0; i < resolution.size(); ++i) {
-    const auto side = camera["resolution"].at(i).get<double>();
+    const auto side = sides.at(i).get<double>();
     // A conversion of what does not fit is undefined; the number is no resolution in any case.
     const bool fits = side >= 0.0 && side <= std::numeric_limits<int>::max();
     resolution[i] = fits ? static_cast<int>(side) : 0;

@@ -265,7 +265,14 @@ GltfDocument::Elements GltfDocument::elements(const std::string& user, int buffe
   return {data.data() + view.byteOffset + offset, stride};
 }
 
-const tinygltf::Accessor& GltfDocument::accessor(int index, int components) {
+void GltfDocument::count_elements(std::size_t count) {
+  elements_read_ += count;
+  if (elements_read_ <= kMaxElementsRead) return;
+  fault("its nodes use more than " + std::to_string(kMaxElementsRead) +
+        " elements of accessors in all");
+}
+
+const tinygltf::Accessor& GltfDocument::accessor(int index, int components) const {
   const tinygltf::Accessor& accessor = at(model_.accessors, index, "accessor");
   const int found = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
   if (found != components) {
@@ -276,30 +283,26 @@ const tinygltf::Accessor& GltfDocument::accessor(int index, int components) {
     fault("accessor " + std::to_string(index) + " has " + std::to_string(accessor.count) +
           " elements, expected 1 to 2^31 - 1");
   }
-  // Every node that uses a mesh reads it again, so a small file can ask for any amount.
-  elements_read_ += accessor.count;
-  if (elements_read_ > kMaxElementsRead) {
-    fault("its nodes use more than " + std::to_string(kMaxElementsRead) +
-          " elements of accessors in all");
-  }
   return accessor;
 }
 
 /// Calls read_element(index of the element, its bytes), first for all of them, then for those that
 /// a sparse accessor replaces.
 template <typename Read>
-void GltfDocument::read(int index, int components, std::size_t count, Read read_element) const {
+void GltfDocument::read(int index, int components, std::size_t count, Read read_element) {
   const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index)];
   const std::string user = "accessor " + std::to_string(index);
   const std::size_t bytes =
       component_bytes(accessor.componentType) * static_cast<std::size_t>(components);
   if (accessor.bufferView >= 0) {
     const Elements found = elements(user, accessor.bufferView, accessor.byteOffset, count, bytes);
+    count_elements(count);
     for (std::size_t i = 0; i < count; ++i) read_element(i, found.first + i * found.stride);
   } else if (!accessor.sparse.isSparse) {
     fault(user + " has no buffer view");
   }
   if (!accessor.sparse.isSparse) return;
+  count_elements(count);
   const auto& sparse = accessor.sparse;
   if (sparse.count < 1 || sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0 ||
       !is_index_type(sparse.indices.componentType)) {

@@ -58,9 +58,11 @@ class GltfDocument {
   void load(Parse parse);
   void check_extensions() const;
   template <typename Read>
-  void read(int accessor, int components, std::size_t count, Read read_element) const;
-  /// Of an accessor that is about to be read. @throws InputError when the file asks for too much
-  const tinygltf::Accessor& accessor(int index, int components);
+  void read(int accessor, int components, std::size_t count, Read read_element);
+  const tinygltf::Accessor& accessor(int index, int components) const;
+  /// Every node that uses a mesh reads it again, so a small file can ask for any amount.
+  /// @throws InputError when it asks for too much
+  void count_elements(std::size_t count);
 
   std::filesystem::path file_;
   tinygltf::Model model_;
