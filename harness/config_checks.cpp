@@ -63,7 +63,10 @@ void ConfigReader::read_budget_times(const json& value, BudgetConfig& budget) {
   std::vector<std::string> labels;
   for (const MethodConfig& method : config_.methods) {
     labels.push_back(method.label);
-    if (method.label == *budget.match && sweep_points(config_, method).size() > 1) {
+    if (method.label != *budget.match || combination_count(config_, method) > kMaxCombinations) {
+      continue;
+    }
+    if (sweep_points(config_, method).size() > 1) {
       fault("/budget/match", "method \"" + method.label + "\" is a sweep; one cell is needed");
     }
   }

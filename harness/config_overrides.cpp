@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "harness/config_values.h"
 #include "scenes/core/suggest.h"
 
 namespace penumbra {
@@ -105,6 +106,11 @@ void apply_overrides(const std::vector<std::string>& overrides, LocatedJson& doc
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0) {
       faults.add({source, 0, 0}, "", "expected key.path=value");
+      continue;
+    }
+    // The resolved config could not state it.
+    if (!is_utf8(text)) {
+      faults.add({source, 0, 0}, "", "is not UTF-8");
       continue;
     }
     const std::string value_text = text.substr(equals + 1);

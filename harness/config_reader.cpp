@@ -115,7 +115,12 @@ void ConfigReader::find_scene_file(const json& value, const std::string& pointer
   const fs::path beside_config = fs::absolute(config_.file).parent_path() / given;
   for (const fs::path& candidate : {beside_config, project_root_ / given}) {
     scene.file = candidate.lexically_normal();
-    if (fs::is_regular_file(candidate, ignored)) return;
+    if (!fs::is_regular_file(candidate, ignored)) continue;
+    if (!is_utf8(scene.file.string())) {
+      fault(child_pointer(pointer, "file"),
+            "the path " + scene.file.string() + " is not UTF-8, so no file can record it");
+    }
+    return;
   }
   fault(child_pointer(pointer, "file"), "scene file not found; looked for " +
                                             beside_config.lexically_normal().string() + " and " +

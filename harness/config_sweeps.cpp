@@ -17,6 +17,12 @@ using nlohmann::json;
 
 namespace {
 
+/// Of ranges; whole numbers up to here are doubles.
+constexpr double kMaxOfRange = 1e15;
+
+/// As the schema has it for single numbers; those of a range are known here.
+constexpr std::int64_t kMaxSpp = 1'000'000;
+
 template <typename T>
 void add_unless_twice(std::vector<T>& list, const T& value, bool& twice) {
   twice = std::find(list.begin(), list.end(), value) != list.end();
@@ -29,6 +35,11 @@ std::vector<ConfigReader::Item> ConfigReader::axis_items(const json& value,
                                                          const std::string& pointer, bool whole) {
   if (value.is_array()) {
     std::vector<Item> items;
+    if (value.size() > kMaxAxisValues) {
+      fault(pointer, "has " + std::to_string(value.size()) + " values; allowed: up to " +
+                         std::to_string(kMaxAxisValues));
+      return items;
+    }
     for (std::size_t i = 0; i < value.size(); ++i) {
       items.push_back({value[i], child_pointer(pointer, i)});
     }
@@ -51,6 +62,11 @@ std::vector<ConfigReader::Item> ConfigReader::axis_items(const json& value,
   }
   std::vector<Item> items;
   for (const double number : spaced_values(from, to, steps, scale == "log")) {
+    // Also where the distance of the ends is beyond a double.
+    if (!(std::abs(number) <= kMaxOfRange)) {
+      fault(pointer, "expected a range within -1e+15 and 1e+15, found " + value.dump());
+      return {};
+    }
     const json item = whole ? json(std::llround(number)) : json(number);
     const bool twice = std::any_of(items.begin(), items.end(),
                                    [&](const Item& other) { return other.value == item; });
@@ -90,10 +106,18 @@ std::optional<Srl> ConfigReader::read_srl(const json& value, const std::string& 
 std::vector<ConfigReader::Item> ConfigReader::srl_items(const json& value,
                                                         const std::string& pointer) {
   if (!value.is_object() || !value.contains("initial")) return axis_items(value, pointer, true);
+  const std::vector<Item> initial =
+      axis_items(value["initial"], child_pointer(pointer, "initial"), true);
+  const std::vector<Item> adaptive =
+      axis_items(value.value("adaptive", json(0)), child_pointer(pointer, "adaptive"), true);
   std::vector<Item> items;
-  for (const Item& first : axis_items(value["initial"], child_pointer(pointer, "initial"), true)) {
-    for (const Item& second :
-         axis_items(value.value("adaptive", json(0)), child_pointer(pointer, "adaptive"), true)) {
+  if (initial.size() * adaptive.size() > kMaxAxisValues) {
+    fault(pointer, "makes " + std::to_string(initial.size() * adaptive.size()) +
+                       " pairs; allowed: up to " + std::to_string(kMaxAxisValues));
+    return items;
+  }
+  for (const Item& first : initial) {
+    for (const Item& second : adaptive) {
       items.push_back({json(first.value.dump() + "-" + second.value.dump()), first.pointer});
     }
   }
@@ -116,7 +140,14 @@ void ConfigReader::read_axes(const json& value, const std::string& pointer,
                     entry, method);
   if (object.contains("spp")) {
     for (const Item& item : axis_items(object["spp"], child_pointer(pointer, "spp"), true)) {
-      if (item.value.is_number_integer()) method.spp.push_back(item.value.get<int>());
+      if (!item.value.is_number_integer()) continue;
+      const auto spp = item.value.get<std::int64_t>();
+      if (spp < 1 || spp > kMaxSpp) {
+        fault(item.pointer, "expected whole numbers from 1 to " + std::to_string(kMaxSpp) +
+                                ", found " + item.value.dump());
+        continue;
+      }
+      method.spp.push_back(static_cast<int>(spp));
     }
   }
   if (object.contains("sampler")) {
@@ -221,7 +252,12 @@ void ConfigReader::read_exclude(const json& exclude, const std::string& pointer,
     }
     if (!values.empty()) method.exclude.push_back(std::move(values));
   }
-  if (faults_.all().empty() && sweep_points(config_, method).empty()) {
+  if (combination_count(config_, method) > kMaxCombinations) {
+    fault(pointer.substr(0, pointer.rfind('/')),
+          "the axes of method \"" + method.label + "\" have more than " +
+              std::to_string(kMaxCombinations) +
+              " combinations; zip some, or make methods of them");
+  } else if (faults_.all().empty() && sweep_points(config_, method).empty()) {
     fault(pointer, "nothing is left of method \"" + method.label + "\"");
   }
 }

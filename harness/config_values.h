@@ -59,6 +59,9 @@ inline const nlohmann::json& object_member(const nlohmann::json& object, const c
   return object[key];
 }
 
+/// Whether a text can stand in JSON.
+bool is_utf8(const std::string& text);
+
 /// A scalar as the value of a parameter; nullopt for null, arrays and objects.
 std::optional<ParamValue> param_from_json(const nlohmann::json& value);
 

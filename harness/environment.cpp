@@ -84,15 +84,17 @@ std::string environment_json(const Session& session, const std::string& before) 
   json["command_line"] = session.command_line;
   json["config_hash"] = hash_id({"config", session.config});
   const ordered_json earlier = ordered_json::parse(before, nullptr, false);
-  json["sessions"] = earlier.is_object() ? earlier.value("sessions", ordered_json::array())
-                                         : ordered_json::array();
+  const bool goes_on =
+      earlier.is_object() && earlier.contains("sessions") && earlier["sessions"].is_array();
+  json["sessions"] = goes_on ? earlier["sessions"] : ordered_json::array();
   const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
   json["sessions"].push_back({{"started", fmt::format("{:%FT%TZ}", now)},
                               {"commit", build.commit},
                               {"command_line", session.command_line},
                               {"threads", session.threads},
                               {"load_average", load}});
-  return json.dump(2) + "\n";
+  // A command line may be any bytes.
+  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace penumbra

@@ -120,7 +120,13 @@ void Experiment::open_folder() {
   const std::filesystem::path resolved = options_.out / "config.resolved.json";
   const std::string before = read_text(resolved);
   if (!before.empty()) {
-    const std::string name = nlohmann::json::parse(before).value("name", "");
+    const nlohmann::json config = nlohmann::json::parse(before, nullptr, false);
+    const auto name_at = config.is_object() ? config.find("name") : config.end();
+    if (name_at == config.end() || !name_at->is_string()) {
+      throw InputError(resolved.string() +
+                       ": is not the config of a run; use another --out or remove the folder");
+    }
+    const std::string name = name_at->get<std::string>();
     if (name != config_.name) {
       throw InputError(options_.out.string() + ": holds the results of another experiment, \"" +
                        name + "\" (config.resolved.json); use another --out or remove the folder");

@@ -8,12 +8,14 @@
 #include "harness/keys.h"
 #include "harness/metric_columns.h"
 #include "harness/metrics.h"
+#include "harness/pixel_record.h"
 #include "harness/progress.h"
 #include "harness/render.h"
 #include "harness/replicate_files.h"
 #include "harness/row_log.h"
 #include "harness/run_conditions.h"
 #include "harness/shell_words.h"
+#include "scenes/core/error.h"
 
 /// The part of Experiment that measures: blocks of runs, one appended row each.
 namespace penumbra {
@@ -115,7 +117,7 @@ RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) 
   row.reference_spp = reference.spp;
 
   const ConditionsWatch watch;
-  const RenderResult result =
+  RenderResult result =
       render(*scene.scene, scene.points, render_settings(cell, row.seed, threads_));
   const RunConditions conditions = watch.since();
   row.contaminated = contamination(conditions, result.time_wall_s, result.time_cpu_s, threads_);
@@ -143,6 +145,7 @@ RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) 
                   : counters.uncovered > 0
                       ? fmt::format("{} samples without density", counters.uncovered)
                       : fmt::format("{} rays not finite or without a direction", counters.untraced);
+    find_causes(*scene.scene, scene.points, render_settings(cell, row.seed, threads_), result);
     write_events(row, cell, result);
     return row;
   }
@@ -151,17 +154,19 @@ RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) 
 }
 
 void Experiment::write_events(const RunRow& row, const Cell& cell, const RenderResult& result) {
-  std::ofstream stream(options_.out / "events.txt", std::ios::app);
+  const std::filesystem::path file = options_.out / "events.txt";
+  std::ofstream stream(file, std::ios::app);
   for (const BadEstimate& bad : result.bad) {
-    const std::string line = fmt::format(
-        "{} {}/{}: pixel {},{} estimate {}: ({}, {}, {}); replay: penumbra replay {} --row {} "
-        "--pixel {},{} --estimate {}",
-        row.run_id, row.scene, cell.label, bad.x, bad.y, bad.estimate, bad.value.x, bad.value.y,
-        bad.value.z, shell_quoted(std::filesystem::absolute(options_.out).string()), row.run_id,
-        bad.x, bad.y, bad.estimate);
+    const std::string line =
+        fmt::format("{} {}/{}: {}; replay: penumbra replay {} --row {} --pixel {},{} --estimate {}",
+                    row.run_id, row.scene, cell.label, describe(bad),
+                    shell_quoted(std::filesystem::absolute(options_.out).string()), row.run_id,
+                    bad.x, bad.y, bad.estimate);
     stream << line << '\n';
     warn(line);
   }
+  stream.close();
+  if (!stream) throw RunError(file.string() + ": cannot be written");
 }
 
 }  // namespace penumbra

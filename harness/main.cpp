@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <new>
 #include <string>
 
 #include "harness/build_info.h"
@@ -209,6 +210,8 @@ int run_main(int argc, char** argv) {
     return fail(e.what(), kInputFault);
   } catch (const ReferenceError& e) {
     return fail(e.what(), kReferenceFault);
+  } catch (const std::bad_alloc&) {
+    return fail("out of memory", kRunFailure);
   } catch (const std::exception& e) {
     return fail(e.what(), kRunFailure);
   }

@@ -13,6 +13,8 @@
 #include "harness/project_root.h"
 #include "harness/reference_job.h"
 #include "harness/reference_manifest.h"
+#include "harness/reference_metadata.h"
+#include "harness/tile.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -29,24 +31,36 @@ ReferenceType type_of(const ExrFile& exr) {
   return parse_reference_type(found->second).value_or(ReferenceType::Sampled);
 }
 
-int spp_of(const ExrFile& exr) { return std::stoi(exr.metadata.at("spp")); }
+int spp_of(const ExrFile& exr) { return reference_count(exr, "spp"); }
+
+// Whether a layer can be the truth: a picture of numbers that an estimator may give.
+void check_half(const ExrFile& exr, const std::string& name) {
+  const auto layer = std::find_if(exr.layers.begin(), exr.layers.end(), [&](const ExrLayer& l) {
+    return l.name == name && std::holds_alternative<Image>(l.content);
+  });
+  if (layer == exr.layers.end()) {
+    throw ReferenceError(exr.path.string() + ": a half of the reference is missing");
+  }
+  const Image& image = std::get<Image>(layer->content);
+  const auto bad = std::find_if(image.pixels.begin(), image.pixels.end(), is_bad);
+  if (bad == image.pixels.end()) return;
+  const auto place = static_cast<int>(bad - image.pixels.begin());
+  throw ReferenceError(fmt::format(
+      "{}: layer \"{}\", pixel {},{} is ({}, {}, {}); a reference is finite and not negative",
+      exr.path.string(), name, place % image.width, place / image.width, bad->x, bad->y, bad->z));
+}
 
 ExrFile read_checked(const std::filesystem::path& file, const std::string& id) {
   if (is_small_reference(file)) check_small_reference(file, id);
   ExrFile exr = read_exr(file);
-  for (const char* key : {"reference_id", "spp", "lineage"}) {
-    if (exr.metadata.count(key) == 0) {
-      throw ReferenceError(file.string() + ": not a reference: metadata \"" + key +
-                           "\" is missing");
-    }
+  const std::string& found_id = reference_text(exr, "reference_id");
+  reference_count(exr, "spp");
+  reference_lineage(exr);
+  if (found_id != id) {
+    throw ReferenceError(file.string() + ": is the reference " + found_id + ", not " + id);
   }
-  if (exr.metadata.at("reference_id") != id) {
-    throw ReferenceError(file.string() + ": is the reference " + exr.metadata.at("reference_id") +
-                         ", not " + id);
-  }
-  if (!exr.has("half_a") || !exr.has("half_b")) {
-    throw ReferenceError(file.string() + ": a half of the reference is missing");
-  }
+  check_half(exr, "half_a");
+  check_half(exr, "half_b");
   return exr;
 }
 
@@ -74,7 +88,7 @@ std::optional<ExrFile> find_file(const std::string& id) {
 // Reference::correlated_side of what the lineage says.
 int correlated_side(const ExrFile& exr) {
   int side = 1;
-  for (const nlohmann::json& entry : nlohmann::json::parse(exr.metadata.at("lineage"))) {
+  for (const nlohmann::json& entry : reference_lineage(exr)) {
     const EstimatorEntry* const estimator = find_estimator(entry.value("estimator", ""));
     if (estimator != nullptr && !estimator->shares_in_tile) continue;
     const int tile = entry.value("tile", 0);
@@ -94,6 +108,18 @@ Reference to_reference(const ExrFile& exr, const std::string& id) {
           correlated_side(exr),
           exr.image("half_a"),
           exr.image("half_b")};
+}
+
+// The id is of the scene and its resolution, but nothing ties a file's pixels to its id.
+std::optional<ExrFile> find_file(const LoadedScene& scene, const std::string& id) {
+  std::optional<ExrFile> found = find_file(id);
+  const ShadingPoints& points = scene.points;
+  if (found && (found->width != points.width || found->height != points.height)) {
+    throw ReferenceError(fmt::format("{}: has {} x {} pixels, scene \"{}\" has {} x {}",
+                                     found->path.string(), found->width, found->height,
+                                     scene.config->name, points.width, points.height));
+  }
+  return found;
 }
 
 }  // namespace
@@ -123,7 +149,10 @@ ReferenceType reference_type(const LoadedScene& scene) {
 }
 
 std::optional<Reference> find_reference(const LoadedScene& scene) {
-  return find_reference(reference_id(scene));
+  const std::string id = reference_id(scene);
+  const std::optional<ExrFile> found = find_file(scene, id);
+  if (!found) return std::nullopt;
+  return to_reference(*found, id);
 }
 
 std::optional<Reference> find_reference(const std::string& id) {
@@ -140,7 +169,7 @@ Reference provide_reference(const LoadedScene& scene, int threads, int add_spp) 
   const ReferenceType type = reference_type(scene);
   const std::string id = reference_id(scene);
   const std::string& name = scene.scene->name();
-  const std::optional<ExrFile> found = find_file(id);
+  const std::optional<ExrFile> found = find_file(scene, id);
   const bool found_exact = found && type_of(*found) == ReferenceType::ExactSum;
   if (add_spp > 0 && (found_exact || type == ReferenceType::ExactSum)) {
     note("reference of " + scene.config->name +

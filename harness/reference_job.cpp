@@ -7,7 +7,9 @@
 #include "harness/build_info.h"
 #include "harness/clocks.h"
 #include "harness/keys.h"
+#include "harness/pixel_record.h"
 #include "harness/progress.h"
+#include "harness/reference_metadata.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -48,8 +50,8 @@ ReferenceJob::ReferenceJob(const LoadedScene& scene, std::string id, std::filesy
 
 void ReferenceJob::resume(const ExrFile& file) {
   const char* layers[2] = {"half_a", "half_b"};
-  lineage_ = nlohmann::json::parse(file.metadata.at("lineage"));
-  const int half_spp = std::stoi(file.metadata.at("spp")) / 2;
+  lineage_ = reference_lineage(file);
+  const int half_spp = reference_count(file, "spp") / 2;
   for (std::size_t h = 0; h < 2; ++h) {
     const Image& image = file.image(layers[h]);
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
@@ -91,12 +93,11 @@ RenderResult ReferenceJob::render_pass(RenderSettings& settings, int half) const
   settings.seed = hash_texts({"reference", id_, half == 0 ? "a" : "b", std::to_string(next_pass_)});
   RenderResult pass = render(*scene_.scene, scene_.points, settings);
   if (pass.bad_count == 0) return pass;
-  const BadEstimate& bad = pass.bad.front();
+  pass.bad.resize(1);
+  find_causes(*scene_.scene, scene_.points, settings, pass);
   throw RunError(fmt::format(
-      "reference of scene \"{}\": {} estimates are not finite or negative, first at pixel {},{} "
-      "estimate {}: ({}, {}, {})",
-      scene_.scene->name(), pass.bad_count, bad.x, bad.y, bad.estimate, bad.value.x, bad.value.y,
-      bad.value.z));
+      "reference of scene \"{}\": {} estimates are not finite or negative, the first at {}",
+      scene_.scene->name(), pass.bad_count, describe(pass.bad.front())));
 }
 
 void ReferenceJob::run(int target) {

@@ -3,16 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <utility>
 
 #include "harness/atomic_file.h"
 #include "harness/exr.h"
 #include "harness/keys.h"
 #include "harness/project_root.h"
+#include "harness/reference_metadata.h"
 #include "scenes/core/error.h"
+#include "scenes/core/file_bytes.h"
 
 namespace penumbra {
 namespace {
@@ -20,12 +20,13 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-std::string read_bytes(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream bytes;
-  bytes << stream.rdbuf();
-  if (!stream || !bytes) throw RunError(file.string() + ": cannot be read");
-  return bytes.str();
+/// What is missing or cannot be read is not the user's input here.
+std::string read_stored(const fs::path& file) {
+  try {
+    return read_bytes(file);
+  } catch (const InputError& error) {
+    throw ReferenceError(error.what());
+  }
 }
 
 std::string hash_of(const std::string& bytes) {
@@ -36,7 +37,7 @@ std::string hash_of(const std::string& bytes) {
 ordered_json read_manifest() {
   const fs::path file = reference_manifest();
   if (!fs::exists(file)) return {{"version", 1}, {"references", ordered_json::array()}};
-  const ordered_json manifest = ordered_json::parse(read_bytes(file), nullptr, false);
+  const ordered_json manifest = ordered_json::parse(read_stored(file), nullptr, false);
   if (manifest.is_object() && manifest.contains("references") &&
       manifest["references"].is_array()) {
     return manifest;
@@ -58,7 +59,7 @@ ordered_json entry_of(const fs::path& file, const std::string& bytes) {
     const auto found = exr.metadata.find(key);
     return found == exr.metadata.end() ? std::string() : found->second;
   };
-  const auto number = [&](const char* key) { return std::stoi(text(key)); };
+  const auto number = [&](const char* key) { return reference_count(exr, key); };
   return {{"scene", text("scene")},
           {"id", text("reference_id")},
           {"file", "small/" + file.filename().string()},
@@ -70,13 +71,20 @@ ordered_json entry_of(const fs::path& file, const std::string& bytes) {
           {"spp", number("spp")},
           {"core_version", number("core_version")},
           {"commit", text("commit")},
-          {"lineage", ordered_json::parse(text("lineage"))},
+          {"lineage", reference_lineage(exr)},
           {"bytes", bytes.size()},
           {"xxh3_128", hash_of(bytes)}};
 }
 
+/// A member's text; empty where there is none, which is no entry's.
+std::string text_at(const ordered_json& entry, const char* key) {
+  if (!entry.is_object()) return {};
+  const auto found = entry.find(key);
+  return found != entry.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
 std::pair<std::string, std::string> place_of(const ordered_json& entry) {
-  return {entry.value("scene", ""), entry.value("id", "")};
+  return {text_at(entry, "scene"), text_at(entry, "id")};
 }
 
 }  // namespace
@@ -94,14 +102,14 @@ void check_small_reference(const fs::path& file, const std::string& id) {
   const std::string name = "small/" + file.filename().string();
   const ordered_json manifest = read_manifest();
   for (const ordered_json& entry : manifest["references"]) {
-    if (entry.value("file", "") != name) continue;
-    if (entry.value("id", "") != id) {
+    if (text_at(entry, "file") != name) continue;
+    if (text_at(entry, "id") != id) {
       throw ReferenceError(fmt::format("{}: its entry in {} is of the reference {}, not {}; {}",
                                        file.string(), reference_manifest().string(),
-                                       entry.value("id", ""), id, remedy(file)));
+                                       text_at(entry, "id"), id, remedy(file)));
     }
-    const std::string found = hash_of(read_bytes(file));
-    const std::string expected = entry.value("xxh3_128", "");
+    const std::string found = hash_of(read_stored(file));
+    const std::string expected = text_at(entry, "xxh3_128");
     if (found == expected) return;
     throw ReferenceError(fmt::format("{}: its bytes have the hash {}, {} says {}; {}",
                                      file.string(), found, reference_manifest().string(), expected,
@@ -114,7 +122,7 @@ void check_small_reference(const fs::path& file, const std::string& id) {
 fs::path publish_small_reference(const fs::path& file) {
   ordered_json manifest = read_manifest();
   const fs::path copy = small_references() / file.filename();
-  const std::string bytes = read_bytes(file);
+  const std::string bytes = read_stored(file);
   const ordered_json entry = entry_of(file, bytes);
   std::error_code error;
   fs::create_directories(copy.parent_path(), error);
@@ -123,7 +131,7 @@ fs::path publish_small_reference(const fs::path& file) {
 
   ordered_json entries = ordered_json::array({entry});
   for (const ordered_json& other : manifest["references"]) {
-    if (other.value("file", "") != entry["file"]) entries.push_back(other);
+    if (text_at(other, "file") != entry["file"]) entries.push_back(other);
   }
   std::sort(entries.begin(), entries.end(),
             [](const auto& a, const auto& b) { return place_of(a) < place_of(b); });

@@ -1,5 +1,6 @@
 #include "harness/render.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -16,6 +17,11 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kMaxListed = 100;
+
+/// Of one tile; every thread keeps them.
+constexpr std::size_t kMaxTileEstimates = std::size_t{1} << 27;
+
+constexpr int kMaxThreads = 4096;  // as the schema of experiments has it
 
 // An estimator with the buffers of one tile; one per thread slot.
 struct Worker {
@@ -74,6 +80,11 @@ class Job {
           largest, static_cast<std::size_t>(tile.width) * static_cast<std::size_t>(tile.height));
     }
     const std::size_t estimates = largest * static_cast<std::size_t>(settings_.spp);
+    if (estimates > kMaxTileEstimates) {
+      throw InputError(std::to_string(settings_.spp) + " estimates for each of " +
+                       std::to_string(largest) + " pixels of a tile are too many; allowed: up to " +
+                       std::to_string(kMaxTileEstimates) + " together");
+    }
     for (Worker& worker : workers_) {
       worker.radiance.resize(estimates);
       worker.maps.resize(estimates * result_.map_infos.size());
@@ -126,7 +137,7 @@ class Job {
     ++worker.bad_count;
     if (worker.bad.size() >= kMaxListed) return;
     worker.bad.push_back(
-        {tile.x0 + pixel % tile.width, tile.y0 + pixel / tile.width, estimate, value});
+        {tile.x0 + pixel % tile.width, tile.y0 + pixel / tile.width, estimate, value, {}});
   }
 
   void collect() {
@@ -148,6 +159,12 @@ class Job {
 };
 
 }  // namespace
+
+std::string describe(const BadEstimate& bad) {
+  return fmt::format("pixel {},{} estimate {}: ({}, {}, {}){}{}", bad.x, bad.y, bad.estimate,
+                     bad.value.x, bad.value.y, bad.value.z, bad.cause.empty() ? "" : "; ",
+                     bad.cause);
+}
 
 Image RenderResult::image() const {
   Image result = make_image(width, height);
@@ -196,6 +213,10 @@ Image add_images(int width, int height, const std::vector<Vec3d>& a, const std::
 }
 
 int resolve_threads(int threads) {
+  if (threads < 0 || threads > kMaxThreads) {
+    throw InputError("threads: expected 0, for all cores, to " + std::to_string(kMaxThreads) +
+                     ", found " + std::to_string(threads));
+  }
   if (threads > 0) return threads;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }

@@ -28,7 +28,11 @@ struct BadEstimate {
   int x{0}, y{0};
   int estimate{0};
   Rgb value{0.0f};
+  std::string cause;  ///< component and sample that made it so; find_causes (pixel_record.h)
 };
+
+/// "pixel 3,4 estimate 5: (nan, 0, 0); component bsdf, sample 2: ..."
+std::string describe(const BadEstimate& bad);
 
 struct RenderResult {
   int width{0}, height{0};
@@ -52,7 +56,8 @@ struct RenderResult {
 /// Runs the estimator on `settings.threads` threads. A pixel is the mean over its camera samples of
 /// the mean of the estimates made at each, so the truth does not depend on the number of estimates.
 /// The image has the same bits on any number of threads.
-/// @throws InputError when the parameters have no meaning for the scene and budget
+/// @throws InputError when the parameters have no meaning for the scene and budget, or a tile has
+///         more estimates than memory should hold
 RenderResult render(const Scene& scene, const ShadingPoints& points,
                     const RenderSettings& settings);
 
@@ -64,6 +69,7 @@ std::vector<Vec3d> seen_emission(const Scene& scene, const ShadingPoints& points
 Image add_images(int width, int height, const std::vector<Vec3d>& a, const std::vector<Vec3d>& b);
 
 /// Threads that "0 = all" stands for.
+/// @throws InputError when there are less than 0 or more than 4096
 int resolve_threads(int threads);
 
 }  // namespace penumbra

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "harness/exr.h"
+#include "harness/pixel_record.h"
 #include "harness/tile.h"
 #include "scenes/core/error.h"
 
@@ -99,29 +100,20 @@ PixelReplay replay_pixel(const StoredRow& stored, int x, int y) {
         points.width, points.height));
   }
   const RenderSettings settings = stored.settings(1);
-  const Tile tile = make_tile(points, points.tiles[tile_index_at(points, x, y)], settings.spp);
-  const int pixel = (y - tile.y0) * tile.width + (x - tile.x0);
-  std::vector<Rgb> radiance(tile.estimate_count());
-  EstimateRecorder recorder{pixel, {}};
-  TileOutput out;
-  out.radiance = radiance;
-  out.recorder = &recorder;
-  const DenormalMode mode(settings.denormals);
-  settings.estimator->create(*scene.scene, settings.params, settings.budget)
-      ->estimate(tile, settings.seed, out);
+  PixelRecord recorded = record_pixel(*scene.scene, points, settings, x, y);
+  const Tile& tile = recorded.tile;
 
   PixelReplay replay;
   replay.x = x;
   replay.y = y;
   replay.tile = {tile.x0, tile.y0, tile.width, tile.height, 0};
-  const std::span<const Rgb> estimates = estimates_of(tile, pixel, radiance);
-  replay.mean = pixel_mean(tile, estimates);
+  replay.mean = pixel_mean(tile, recorded.estimates);
   replay.value = stored_pixel(replay.mean);
   for (int e = 0; e < tile.spp; ++e) {
     replay.estimates.push_back(
-        describe(scene, tile, pixel, e, estimates[static_cast<std::size_t>(e)]));
+        describe(scene, tile, recorded.pixel, e, recorded.estimates[static_cast<std::size_t>(e)]));
   }
-  for (EstimateRecord& record : recorder.estimates) {
+  for (EstimateRecord& record : recorded.records) {
     take_record(replay.estimates, std::move(record));
   }
   compare_with_picture(stored, replay);

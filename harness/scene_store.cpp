@@ -1,18 +1,42 @@
 #include "harness/scene_store.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <utility>
 
 #include "harness/progress.h"
 #include "harness/reference.h"
+#include "scenes/core/error.h"
 #include "scenes/core/scene_file.h"
 
 namespace penumbra {
+namespace {
+
+constexpr int kMaxResolution = 16384;  // as the schemas have it
+
+bool has_light(const SceneDescription& scene) {
+  return !scene.point_lights.empty() || !scene.spot_lights.empty() ||
+         !scene.directional_lights.empty() || scene.environment ||
+         std::any_of(scene.shapes.begin(), scene.shapes.end(),
+                     [](const ShapeDescription& shape) { return shape.emission.has_value(); });
+}
+
+}  // namespace
 
 SceneDescription load_description(const std::filesystem::path& file,
                                   const std::optional<std::array<int, 2>>& resolution) {
   SceneDescription description = load_scene_description(file);
   for (const std::string& warning : description.warnings) warn(file.string() + ": " + warning);
-  if (resolution) description.camera.resolution = *resolution;
+  if (!has_light(description)) warn(file.string() + ": there is no light: every estimate is 0");
+  if (resolution) {
+    for (const int side : *resolution) {
+      if (side >= 1 && side <= kMaxResolution) continue;
+      throw InputError(fmt::format("resolution: expected 1 to {} pixels a side, found {} x {}",
+                                   kMaxResolution, (*resolution)[0], (*resolution)[1]));
+    }
+    description.camera.resolution = *resolution;
+  }
   return description;
 }
 

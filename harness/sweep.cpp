@@ -88,6 +88,15 @@ std::optional<std::size_t> axis_size(const ExperimentConfig& config, const Metho
   return found->second.size();
 }
 
+std::size_t combination_count(const ExperimentConfig& config, const MethodConfig& method) {
+  std::size_t count = 1;
+  for (const AxisGroup& group : groups_of(method)) {
+    count *= axis_size(config, method, group.front()).value();
+    if (count > kMaxCombinations) return kMaxCombinations + 1;
+  }
+  return count;
+}
+
 std::vector<SweepPoint> sweep_points(const ExperimentConfig& config, const MethodConfig& method,
                                      const SceneConfig* scene) {
   const std::vector<AxisGroup> groups = groups_of(method);

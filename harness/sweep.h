@@ -25,6 +25,13 @@ struct SweepPoint {
 std::vector<SweepPoint> sweep_points(const ExperimentConfig& config, const MethodConfig& method,
                                      const SceneConfig* scene = nullptr);
 
+/// More values of one axis, or more combinations of a method's axes, are taken for a mistake.
+inline constexpr std::size_t kMaxAxisValues = 1000;
+inline constexpr std::size_t kMaxCombinations = 10'000;
+
+/// Number of combinations before any is excluded; counts no further than kMaxCombinations + 1.
+std::size_t combination_count(const ExperimentConfig& config, const MethodConfig& method);
+
 /// Number of values of an axis.
 /// @return nullopt when the method has no axis of that name
 std::optional<std::size_t> axis_size(const ExperimentConfig& config, const MethodConfig& method,

@@ -19,8 +19,8 @@ float srgb_from_linear(float linear) noexcept {
 }
 
 Rgb8 tone_map(const Rgb& radiance, float exposure_stops) noexcept {
-  if (!std::isfinite(radiance.x) || !std::isfinite(radiance.y) || !std::isfinite(radiance.z)) {
-    return kNonFiniteColor;
+  for (int i = 0; i < 3; ++i) {
+    if (!std::isfinite(radiance[i]) || radiance[i] < 0.0f) return kNonFiniteColor;
   }
   const float scale = std::exp2(exposure_stops);
   return {channel_byte(radiance.x, scale), channel_byte(radiance.y, scale),

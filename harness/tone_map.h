@@ -14,7 +14,8 @@ struct Rgb8 {
   friend bool operator==(const Rgb8&, const Rgb8&) = default;
 };
 
-/// Pure magenta stands for NaN and infinity in every picture, so that they are seen.
+/// Pure magenta stands for NaN, infinity and negative radiance in every picture, so that they are
+/// seen.
 inline constexpr Rgb8 kNonFiniteColor{255, 0, 255};
 
 /// The sRGB transfer function.
@@ -23,8 +24,8 @@ inline constexpr Rgb8 kNonFiniteColor{255, 0, 255};
 /// Source: IEC 61966-2-1:1999.
 float srgb_from_linear(float linear) noexcept;
 
-/// The colour that shows a radiance on the screen: exposure, clipping at white, sRGB. Negative
-/// channels are black; a non-finite channel gives `kNonFiniteColor`.
+/// The colour that shows a radiance on the screen: exposure, clipping at white, sRGB. A
+/// channel that is not finite or negative gives `kNonFiniteColor`.
 /// @param radiance        linear RGB; 1 is white at exposure 0
 /// @param exposure_stops  brighter by a factor of 2 to this power
 Rgb8 tone_map(const Rgb& radiance, float exposure_stops) noexcept;

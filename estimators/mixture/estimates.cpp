@@ -2,8 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+
+#include "scenes/core/error.h"
 
 namespace penumbra {
+
+std::size_t most_samples(const Scene& scene, const Budget& budget) {
+  const std::size_t lights = scene.sampled_lights().size();
+  const std::size_t samples = static_cast<std::size_t>(budget.srl()) * lights;
+  if (samples <= kMaxSamples) return samples;
+  throw InputError(std::to_string(budget.srl()) + " shadow rays per light and " +
+                   std::to_string(lights) + " lights are " + std::to_string(samples) +
+                   " samples of one estimate; allowed: up to " + std::to_string(kMaxSamples));
+}
 
 RgbSum balance_sum(Mixture& mixture, std::span<const double> coefficients,
                    std::span<double> density) noexcept {

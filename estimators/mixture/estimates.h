@@ -16,9 +16,9 @@ RgbSum balance_sum(Mixture& mixture, std::span<const double> coefficients,
 
 /// Samples that one estimate draws at most: the size to make a mixture with. None where no light
 /// has a density.
-inline std::size_t most_samples(const Scene& scene, const Budget& budget) noexcept {
-  return static_cast<std::size_t>(budget.srl()) * scene.sampled_lights().size();
-}
+/// @throws InputError when they are more than kMaxSamples, before memory is asked for
+std::size_t most_samples(const Scene& scene, const Budget& budget);
+inline constexpr std::size_t kMaxSamples = std::size_t{1} << 24;
 
 /// Counts of the shared MIS layout: half of each light's shadow rays for the light, the other half
 /// pooled for the BSDF; an odd one goes to the light.

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "harness/commands/commands.h"
 #include "harness/config_values.h"
 #include "harness/exr.h"
 #include "harness/map_strips.h"
 #include "harness/picture.h"
+#include "harness/pixel_record.h"
 #include "harness/plan.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
@@ -16,6 +19,10 @@
 
 namespace penumbra {
 namespace {
+
+// As the schema of experiments has them.
+constexpr int kMaxSpp = 1'000'000;
+constexpr float kMaxExposure = 30.0f;
 
 const EstimatorEntry& estimator_of(const std::string& name) {
   if (const EstimatorEntry* entry = find_estimator(name)) return *entry;
@@ -67,7 +74,14 @@ RenderSettings settings_of(const RenderOptions& options) {
                                  srl.total()));
   }
   if (!srl.split) srl = split_srl(srl.total(), entry.adaptive);
-  if (options.spp < 1) throw InputError(fmt::format("--spp: at least 1, found {}", options.spp));
+  if (options.spp < 1 || options.spp > kMaxSpp) {
+    throw InputError(fmt::format("--spp: expected 1 to {}, found {}", kMaxSpp, options.spp));
+  }
+  // Also not NaN.
+  if (!(std::abs(options.exposure) <= kMaxExposure)) {
+    throw InputError(fmt::format("--exposure: expected -{0} to {0} stops, found {1}", kMaxExposure,
+                                 options.exposure));
+  }
   RenderSettings settings;
   settings.estimator = &entry;
   settings.params = params_of(entry, options.params);
@@ -108,7 +122,7 @@ int render_command(const RenderOptions& options) {
   const std::unique_ptr<Scene> scene =
       load_scene(scene_path(options.scene), resolution, SceneOptions{options.keep_all});
   const ShadingPoints points = make_shading_points(*scene, settings.spp, kCameraSeed, 16, quantity);
-  const RenderResult result = render(*scene, points, settings);
+  RenderResult result = render(*scene, points, settings);
   const Image picture =
       add_images(result.width, result.height, result.radiance, seen_emission(*scene, points));
   if (extension == ".png") {
@@ -136,9 +150,10 @@ int render_command(const RenderOptions& options) {
                    static_cast<double>(result.counters.rays) /
                        static_cast<double>(std::max<std::uint64_t>(result.counters.estimates, 1)),
                    result.time_wall_s, result.time_cpu_s));
-  for (const BadEstimate& bad : result.bad) {
-    warn(fmt::format("pixel {},{} estimate {} is not finite or negative: ({}, {}, {})", bad.x,
-                     bad.y, bad.estimate, bad.value.x, bad.value.y, bad.value.z));
+  if (result.bad_count > 0) {
+    find_causes(*scene, points, settings, result);
+    for (const BadEstimate& bad : result.bad) warn(describe(bad));
+    warn(fmt::format("{} estimates are not finite or negative", result.bad_count));
   }
   return result.bad_count > 0 ? kRunFailure : kSuccess;
 }

@@ -13,11 +13,20 @@
 
 namespace penumbra {
 
-std::string read_bytes(const std::filesystem::path& file) {
+void check_is_file(const std::filesystem::path& file) {
   std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) {
+  const std::filesystem::file_status status = std::filesystem::status(file, ignored);
+  if (std::filesystem::is_directory(status)) {
     throw InputError(file.string() + ": error: is a folder, expected a file");
   }
+  // Devices may have no end. What does not exist is for the caller to report, with the reason.
+  const bool may_be_read = std::filesystem::is_regular_file(status) ||
+                           std::filesystem::is_fifo(status) || !std::filesystem::exists(status);
+  if (!may_be_read) throw InputError(file.string() + ": error: is a device, expected a file");
+}
+
+std::string read_bytes(const std::filesystem::path& file) {
+  check_is_file(file);
   errno = 0;
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   std::string bytes;

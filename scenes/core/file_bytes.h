@@ -7,8 +7,13 @@
 /// Files that a scene refers to, as bytes.
 namespace penumbra {
 
+/// @throws InputError "file: error: ..." where something is at the path that is neither a file nor
+/// a
+///         pipe
+void check_is_file(const std::filesystem::path& file);
+
 /// Reads a whole file.
-/// @throws InputError "file: error: ..." when it does not exist or is a folder
+/// @throws InputError "file: error: ..." when it does not exist, or is a folder or a device
 std::string read_bytes(const std::filesystem::path& file);
 
 /// XXH3_128 of bytes; hexadecimal, 32 digits.

@@ -31,10 +31,23 @@ std::string pointer_of(const std::vector<std::string>& context) {
   return pointer;
 }
 
+/// Divisors of "multipleOf" as real numbers: by an integer valijson divides what it has cast to
+/// one, which is undefined for 1e30.
+json with_real_divisors(json schema) {
+  if (!schema.is_structured()) return schema;
+  for (auto child = schema.begin(); child != schema.end(); ++child) {
+    const bool is_divisor =
+        schema.is_object() && child.key() == "multipleOf" && child->is_number_integer();
+    *child = is_divisor ? json(child->get<double>()) : with_real_divisors(std::move(*child));
+  }
+  return schema;
+}
+
 }  // namespace
 
 struct JsonSchema::Impl {
-  json text;
+  json text;           ///< as it was given, which is what messages explain
+  json compiled_text;  ///< as valijson has it
   valijson::Schema compiled;
 };
 
@@ -42,7 +55,9 @@ JsonSchema::JsonSchema(std::string_view text) : impl_(std::make_unique<Impl>()) 
   try {
     impl_->text = json::parse(text);
     valijson::SchemaParser parser;
-    parser.populateSchema(valijson::adapters::NlohmannJsonAdapter(impl_->text), impl_->compiled);
+    impl_->compiled_text = with_real_divisors(impl_->text);
+    parser.populateSchema(valijson::adapters::NlohmannJsonAdapter(impl_->compiled_text),
+                          impl_->compiled);
   } catch (const std::exception& e) {
     PN_CHECK(false, e.what());
   }

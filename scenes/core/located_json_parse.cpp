@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "scenes/core/error.h"
+#include "scenes/core/file_bytes.h"
 #include "scenes/core/located_json.h"
 
 /// The parsing half of LocatedJson; located_json.cpp looks places up.
@@ -220,10 +221,7 @@ class LocatedJson::Builder final : public nlohmann::json_sax<json> {
 
 LocatedJson LocatedJson::parse_file(const std::filesystem::path& file) {
   const std::string name = file.string();
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) {
-    throw InputError(name + ": error: is a folder, expected a JSON file");
-  }
+  check_is_file(file);
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};

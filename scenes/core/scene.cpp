@@ -1,7 +1,9 @@
 #include "scenes/core/scene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 #include "scenes/core/error.h"
@@ -11,9 +13,56 @@
 namespace penumbra {
 namespace {
 
+/// Largest distance of the camera from the scene's centre, in diagonals: squares of distances must
+/// be finite in single precision.
+constexpr double kMaxCameraDistance = 1e15;
+
+/// Allowed diagonals of the author's scene: those that coordinates up to 1e30 can span, and as far
+/// below 1.
+constexpr double kMinDiagonal = 1e-30;
+
+std::string number(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+void check_extent(const SceneDescription& scene, const Normalisation& n) {
+  const std::string name = "scene \"" + scene.name + "\": ";
+  // The scale of a scene that is a point or close to it is not finite.
+  if (!std::isfinite(n.scale) || !(n.diagonal / n.scale >= kMinDiagonal)) {
+    throw InputError(name + "all shapes lie within a box of diagonal " +
+                     number(n.diagonal / n.scale) + "; allowed: from " + number(kMinDiagonal));
+  }
+  const double distance = scene.camera.position.length() / n.diagonal;
+  if (!(distance <= kMaxCameraDistance)) {
+    throw InputError(name + "the camera is " + number(distance) +
+                     " times the diagonal of the shapes away from their centre; allowed: up to " +
+                     number(kMaxCameraDistance));
+  }
+}
+
+/// A light that is so small beside the scene that its corners coincide in single precision.
+void check_size(const ShapeDescription& shape, const SurfaceGeometry& geometry) {
+  if (geometry.corners == 0) {
+    if (geometry.radius > 0.0f) return;
+  } else {
+    for (std::size_t i = 0; i < geometry.indices.size(); i += geometry.corners) {
+      const auto corner = [&](std::size_t k) {
+        return Vec3d(geometry.vertices[geometry.indices[i + k]]);
+      };
+      const Vec3d a = corner(1) - corner(0), b = corner(geometry.corners - 1) - corner(0);
+      if (a.cross(b).length() > 0.0) return;
+    }
+  }
+  throw InputError("light \"" + shape.name +
+                   "\" is too small beside the scene: in single precision it has no area");
+}
+
 SceneDescription normalised(SceneDescription scene, SceneTraits& traits) {
   if (scene.shapes.empty()) throw InputError("scene \"" + scene.name + "\" has no shapes");
   const Normalisation n = normalise(scene);
+  check_extent(scene, n);
   traits.center = n.center;
   traits.scale = n.scale;
   traits.diagonal = n.diagonal;
@@ -141,6 +190,7 @@ void Scene::add_shape(const ShapeDescription& shape) {
       textures_ != nullptr && textures_->filters(shape.material) ? textures_.get() : nullptr;
   if (filter != nullptr && geometry.corners != 0) ++parts_.masks.count;
   if (shape.emission) {
+    check_size(shape, geometry);
     geometry.light = static_cast<std::int32_t>(lights_.size());
     Light& light = lights_.emplace_back(make_light(shape, geometry));
     const PartTimer timer(parts_.light_crossings);

@@ -364,25 +364,6 @@ SceneDescription load_scene_description(const std::filesystem::path& file) {
   return parse_scene_description(LocatedJson::parse_file(file));
 }
 
-SceneSummary read_scene_summary(const std::filesystem::path& file) {
-  const LocatedJson document = LocatedJson::parse_file(file);
-  const json& root = document.root();
-  try {
-    SceneSummary result;
-    result.name = root.at("name").get<std::string>();
-    result.summary = root.value("summary", std::string());
-    result.resolution = root.at("camera").value("resolution", CameraDescription{}.resolution);
-    result.shapes = root.contains("shapes") ? root["shapes"].size() : 0;
-    return result;
-  } catch (const json::exception&) {
-    // The schema says what is wrong, and where; it takes too long to be asked about sound files.
-    DiagnosticList faults;
-    check_schema(document, faults);
-    faults.throw_if_any();
-    throw;
-  }
-}
-
 SceneDescription parse_scene_description(const LocatedJson& document) {
   return SceneReader(document).read();
 }

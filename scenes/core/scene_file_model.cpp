@@ -1,5 +1,7 @@
 #include "scenes/core/scene_file_model.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -16,6 +18,23 @@ namespace penumbra {
 using nlohmann::json;
 
 namespace {
+
+/// As the schema has it for the coordinates of a scene file.
+constexpr double kMaxCoordinate = 1e30;
+
+/// Quadrilaterals that a subdivision surface is cut into; more would fill the memory.
+constexpr std::size_t kMaxPieces = std::size_t{1} << 26;
+
+/// Shapes of type "model" consist of meshes and cages.
+bool lies_within_bounds(const Shape& shape) {
+  const auto* mesh = std::get_if<TriangleMeshShape>(&shape);
+  const std::vector<Vec3d>& vertices =
+      mesh != nullptr ? mesh->vertices : std::get<SubdivisionShape>(shape).vertices;
+  return std::all_of(vertices.begin(), vertices.end(), [](const Vec3d& v) {
+    return std::abs(v.x) <= kMaxCoordinate && std::abs(v.y) <= kMaxCoordinate &&
+           std::abs(v.z) <= kMaxCoordinate;
+  });
+}
 
 std::filesystem::path models_folder() {
   const char* folder = std::getenv(kModelsVariable);
@@ -160,11 +179,25 @@ class ModelReader {
         },
         shape);
     if (!placed) fault("place", "a height of the placed model is asked for, but the model is flat");
+    if (placed && !lies_within_bounds(shape)) {
+      fault("place", "the placed model reaches beyond 1e30");
+    }
     if (auto* cage = std::get_if<SubdivisionShape>(&shape)) {
       cage->level = value_["subdivide"].get<int>();
+      check_pieces(*cage);
     } else if (auto* mesh = std::get_if<TriangleMeshShape>(&shape)) {
       finish_normals(*mesh);
     }
+  }
+
+  void check_pieces(const SubdivisionShape& cage) {
+    const auto level = static_cast<std::size_t>(cage.level);
+    const std::size_t pieces = cage.face_sizes.size() * level * level;
+    if (pieces <= kMaxPieces) return;
+    fault("subdivide", std::to_string(cage.face_sizes.size()) + " faces of " +
+                           std::to_string(level) + " x " + std::to_string(level) + " pieces are " +
+                           std::to_string(pieces) + "; allowed: up to " +
+                           std::to_string(kMaxPieces));
   }
 
   void finish_normals(TriangleMeshShape& mesh) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "scenes/core/error.h"
 #include "scenes/core/float_mode.h"
 #include "scenes/core/sampler.h"
 #include "scenes/core/scene.h"
@@ -68,6 +69,17 @@ std::size_t shade_tile(const Scene& scene, const TileRect& tile, int camera_samp
   return valid;
 }
 
+void check_count(const Scene& scene, int camera_samples) {
+  const auto width = static_cast<std::uint64_t>(scene.camera().width());
+  const auto height = static_cast<std::uint64_t>(scene.camera().height());
+  const std::uint64_t count = width * height * static_cast<std::uint64_t>(camera_samples);
+  if (count <= kMaxShadingPoints) return;
+  throw InputError("scene \"" + scene.name() + "\": " + std::to_string(width) + " x " +
+                   std::to_string(height) + " pixels with " + std::to_string(camera_samples) +
+                   " camera samples are " + std::to_string(count) +
+                   " shading points; allowed: up to " + std::to_string(kMaxShadingPoints));
+}
+
 std::size_t area(const TileRect& tile) {
   return static_cast<std::size_t>(tile.width) * static_cast<std::size_t>(tile.height);
 }
@@ -80,6 +92,7 @@ std::string_view to_string(Quantity quantity) {
 
 ShadingPoints make_shading_points(const Scene& scene, int camera_samples, std::uint64_t seed,
                                   int tile_side, Quantity quantity) {
+  check_count(scene, camera_samples);
   ShadingPoints result;
   result.width = scene.camera().width();
   result.height = scene.camera().height();

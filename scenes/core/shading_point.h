@@ -93,6 +93,9 @@ struct ShadingPoints {
   }
 };
 
+/// An image of 16384 x 16384 pixels with one camera sample; 14 GiB.
+inline constexpr std::uint64_t kMaxShadingPoints = std::uint64_t{1} << 28;
+
 /// Traces the primary rays. Camera samples are jittered over a stratified grid of each pixel (one
 /// sample: the pixel's centre) and keyed by `seed`, so every estimator, block and reference sees
 /// the same points and the antialiasing of edges is not mistaken for an error of the estimators.
@@ -100,6 +103,7 @@ struct ShadingPoints {
 /// the normal at a surface of f = 1, so every estimator of radiance estimates irradiance there;
 /// they have no textures.
 /// @param tile_side  [pixels], > 0
+/// @throws InputError when there are more than kMaxShadingPoints, before memory is asked for
 ShadingPoints make_shading_points(const Scene& scene, int camera_samples, std::uint64_t seed,
                                   int tile_side, Quantity quantity = Quantity::Radiance);
 

@@ -40,10 +40,14 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::string nearest_name(std::string_view given, const std::vector<std::string>& candidates) {
+  // Nobody mistypes a name of such a length, and the table of distances grows with its square.
+  constexpr std::size_t kMaxLength = 200;
+  if (given.size() > kMaxLength) return {};
   const std::string given_lower = lower_case(given);
   std::tuple<std::size_t, std::size_t> best{};
   const std::string* nearest = nullptr;
   for (const std::string& candidate : candidates) {
+    if (candidate.size() > kMaxLength) continue;
     const std::tuple distance{edit_distance(given_lower, lower_case(candidate)),
                               edit_distance(given, candidate)};
     if (std::get<0>(distance) > max_edits(std::max(given.size(), candidate.size()))) continue;

@@ -1,5 +1,9 @@
 // Reading image files through the module.
 
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -139,6 +143,29 @@ TEST(ImageRead, NamesTheTexelOfABadNumber) {
   texels[6] = Rgb(1, 1, -0.5f);
   test::write_rgb_exr(folder / "negative.exr", 4, 3, texels);
   EXPECT_TRUE(is_refused(folder / "negative.exr", "channel 2 is -0.5"));
+}
+
+TEST(ImageRead, NamesTheTexelOfAHalfThatOverflowed) {
+  const ImageFolder folder;
+  std::vector<half> values(12, half(65504.0f));  // the largest
+  const auto write = [&] {
+    Imf::Header header(2, 2);
+    Imf::FrameBuffer frame;
+    std::size_t first = 0;
+    for (const char* channel : {"R", "G", "B"}) {
+      header.channels().insert(channel, Imf::Channel(Imf::HALF));
+      frame.insert(channel, Imf::Slice::Make(Imf::HALF, &values[4 * first++], Imath::V2i(0), 2, 2));
+    }
+    Imf::OutputFile file((folder / "half.exr").c_str(), header);
+    file.setFrameBuffer(frame);
+    file.writePixels(2);
+  };
+  write();
+  EXPECT_EQ(fault_of(folder / "half.exr"), "");
+  values[4 + 3] = half(65520.0f);
+  write();
+  EXPECT_TRUE(is_refused(folder / "half.exr",
+                         "texel (column 1, row 1 from the upper left), channel 1 is inf"));
 }
 
 TEST(ImageRead, RefusesWhatIsNoImageFile) {

@@ -211,6 +211,35 @@ TEST(MalformedGltf, ReferencesAndCountsBeyondTheFileAreRefused) {
   expect_gltf_error([](J& j) { j["buffers"][0]["byteLength"] = 1; }, "mismatch");
 }
 
+TEST(MalformedGltf, ExtensionsOfAnyTypeAreRefused) {
+  using J = nlohmann::json;
+  ModelFiles files;
+  for (const J& extension : {J{{"light", 1e300}}, J{{"light", "sun"}}, J::object()}) {
+    GltfWriter gltf = one_triangle();
+    gltf.root["nodes"][0]["extensions"]["KHR_lights_punctual"] = extension;
+    expect_model_error(gltf.write(files), "light -1 does not exist");
+  }
+  GltfWriter gltf = one_triangle();
+  gltf.root["materials"] = {
+      {{"emissiveFactor", {1, 1, 1}},
+       {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", "much"}}}}}}};
+  gltf.root["meshes"][0]["primitives"][0]["material"] = 0;
+  expect_model_error(gltf.write(files), "emissiveStrength must be a number");
+}
+
+TEST(MalformedGltf, ElementsThatNothingStandsForAreFew) {
+  ModelFiles files;
+  GltfWriter gltf = one_triangle();
+  gltf.root["accessors"][0] = {{"componentType", 5126},
+                               {"count", (1u << 20) + 1},
+                               {"type", "VEC3"},
+                               {"sparse",
+                                {{"count", 1},
+                                 {"indices", {{"bufferView", 1}, {"componentType", 5123}}},
+                                 {"values", {{"bufferView", 0}}}}}};
+  expect_model_error(gltf.write(files), "elements without a buffer view, at most 1048576");
+}
+
 TEST(MalformedGltf, CyclesOfNodesAreRefused) {
   expect_gltf_error(
       [](nlohmann::json& j) {

@@ -33,7 +33,7 @@ TEST(ToneMap, HalfIs188) {
 TEST(ToneMap, IsLinearNearBlackAndClipsOutsideTheUnitRange) {
   // 0.002 lies on the straight part: 12.92 * 0.002 * 255 = 6.59.
   EXPECT_EQ(tone_map(Rgb(0.002f, 0.0f, 1.0f), 0.0f), (Rgb8{7, 0, 255}));
-  EXPECT_EQ(tone_map(Rgb(-1.0f, 7.0f, 3e38f), 4.0f), (Rgb8{0, 255, 255}));
+  EXPECT_EQ(tone_map(Rgb(0.0f, 7.0f, 3e38f), 4.0f), (Rgb8{0, 255, 255}));
 }
 
 TEST(ToneMap, OneStopDoublesTheRadiance) {
@@ -43,7 +43,9 @@ TEST(ToneMap, OneStopDoublesTheRadiance) {
   }
 }
 
-TEST(ToneMap, EveryNonFiniteChannelIsMagenta) {
+TEST(ToneMap, EveryNonFiniteOrNegativeChannelIsMagenta) {
+  EXPECT_EQ(tone_map(Rgb(1.0f, -1e-30f, 1.0f), 0.0f), kNonFiniteColor);
+  EXPECT_EQ(tone_map(Rgb(-0.0f), 0.0f), (Rgb8{0, 0, 0}));
   EXPECT_EQ(tone_map(Rgb(kNaN, 0.0f, 0.0f), 0.0f), kNonFiniteColor);
   EXPECT_EQ(tone_map(Rgb(0.0f, kInfinity, 0.0f), 0.0f), kNonFiniteColor);
   EXPECT_EQ(tone_map(Rgb(0.0f, 0.0f, -kInfinity), -9.0f), kNonFiniteColor);

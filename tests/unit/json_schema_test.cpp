@@ -96,6 +96,11 @@ TEST(JsonSchema, StatesTheDivisor) {
             "f:1:25: error: /even: expected a multiple of 2, found 3");
 }
 
+TEST(JsonSchema, DividesNumbersThatNoIntegerHolds) {
+  EXPECT_EQ(faults_of(R"({"kind": "one", "even": 1e30})"),
+            "f:1:25: error: /even: expected integer, found number 1e+30");
+}
+
 TEST(JsonSchema, StatesTheNumberOfItems) {
   EXPECT_EQ(faults_of(R"({"kind": "one", "pair": [1]})"),
             "f:1:25: error: /pair: expected 2 items, found 1");

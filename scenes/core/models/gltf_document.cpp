@@ -19,8 +19,9 @@ constexpr std::array<std::string_view, 2> kExtensions{"KHR_lights_punctual",
 
 constexpr std::size_t kMaxNesting = 64;
 /// Of zeros that a sparse accessor implies: nothing in the file stands for them.
-constexpr std::size_t kMaxImpliedElements = 1u << 24;
+constexpr std::size_t kMaxImpliedElements = 1u << 20;
 constexpr std::size_t kMaxElements = std::numeric_limits<std::int32_t>::max();
+constexpr std::uint64_t kMaxElementsRead = std::uint64_t{1} << 28;
 
 /// tinygltf builds nested values by recursion, which a hostile file would use to end the stack.
 bool is_nested_too_deeply(std::string_view json) {
@@ -264,6 +265,13 @@ GltfDocument::Elements GltfDocument::elements(const std::string& user, int buffe
   return {data.data() + view.byteOffset + offset, stride};
 }
 
+void GltfDocument::count_elements(std::size_t count) {
+  elements_read_ += count;
+  if (elements_read_ <= kMaxElementsRead) return;
+  fault("its nodes use more than " + std::to_string(kMaxElementsRead) +
+        " elements of accessors in all");
+}
+
 const tinygltf::Accessor& GltfDocument::accessor(int index, int components) const {
   const tinygltf::Accessor& accessor = at(model_.accessors, index, "accessor");
   const int found = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
@@ -281,18 +289,20 @@ const tinygltf::Accessor& GltfDocument::accessor(int index, int components) cons
 /// Calls read_element(index of the element, its bytes), first for all of them, then for those that
 /// a sparse accessor replaces.
 template <typename Read>
-void GltfDocument::read(int index, int components, std::size_t count, Read read_element) const {
+void GltfDocument::read(int index, int components, std::size_t count, Read read_element) {
   const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index)];
   const std::string user = "accessor " + std::to_string(index);
   const std::size_t bytes =
       component_bytes(accessor.componentType) * static_cast<std::size_t>(components);
   if (accessor.bufferView >= 0) {
     const Elements found = elements(user, accessor.bufferView, accessor.byteOffset, count, bytes);
+    count_elements(count);
     for (std::size_t i = 0; i < count; ++i) read_element(i, found.first + i * found.stride);
   } else if (!accessor.sparse.isSparse) {
     fault(user + " has no buffer view");
   }
   if (!accessor.sparse.isSparse) return;
+  count_elements(count);
   const auto& sparse = accessor.sparse;
   if (sparse.count < 1 || sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0 ||
       !is_index_type(sparse.indices.componentType)) {
@@ -316,8 +326,7 @@ void GltfDocument::read(int index, int components, std::size_t count, Read read_
   }
 }
 
-std::vector<float> GltfDocument::read_vectors(int index, int components,
-                                              bool may_be_normalized) const {
+std::vector<float> GltfDocument::read_vectors(int index, int components, bool may_be_normalized) {
   const tinygltf::Accessor& found = accessor(index, components);
   const int type = found.componentType;
   const bool normalized = may_be_normalized && found.normalized &&
@@ -350,7 +359,7 @@ std::vector<float> GltfDocument::read_vectors(int index, int components,
   return values;
 }
 
-std::vector<std::uint32_t> GltfDocument::read_indices(int index) const {
+std::vector<std::uint32_t> GltfDocument::read_indices(int index) {
   const tinygltf::Accessor& found = accessor(index, 1);
   if (!is_index_type(found.componentType)) {
     fault("accessor " + std::to_string(index) +

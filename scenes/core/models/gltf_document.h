@@ -39,10 +39,10 @@ class GltfDocument {
   /// Finite vectors of an accessor, [element][component].
   /// @param components  2 or 3, what the accessor must have
   /// @param may_be_normalized  integers that stand for numbers in [0, 1] are allowed too
-  std::vector<float> read_vectors(int accessor, int components, bool may_be_normalized) const;
+  std::vector<float> read_vectors(int accessor, int components, bool may_be_normalized);
 
   /// Scalars of an accessor of unsigned integers.
-  std::vector<std::uint32_t> read_indices(int accessor) const;
+  std::vector<std::uint32_t> read_indices(int accessor);
 
  private:
   /// `count` elements in a buffer, known to lie in it.
@@ -58,11 +58,15 @@ class GltfDocument {
   void load(Parse parse);
   void check_extensions() const;
   template <typename Read>
-  void read(int accessor, int components, std::size_t count, Read read_element) const;
+  void read(int accessor, int components, std::size_t count, Read read_element);
   const tinygltf::Accessor& accessor(int index, int components) const;
+  /// Every node that uses a mesh reads it again, so a small file can ask for any amount.
+  /// @throws InputError when it asks for too much
+  void count_elements(std::size_t count);
 
   std::filesystem::path file_;
   tinygltf::Model model_;
+  std::uint64_t elements_read_{0};  ///< of all accessors, as often as they are used
 };
 
 }  // namespace penumbra

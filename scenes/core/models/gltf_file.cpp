@@ -94,8 +94,11 @@ class GltfReader {
     if (node.camera >= 0 && !add_camera(document_, builder_, index, world)) ++left_out_cameras_;
     if (const auto found = node.extensions.find("KHR_lights_punctual");
         found != node.extensions.end()) {
-      const tinygltf::Value& light = found->second.Get("light");
-      add_light(document_, builder_, index, light.IsNumber() ? light.GetNumberAsInt() : -1, world);
+      // tinygltf asserts what it is not asked about.
+      const tinygltf::Value& extension = found->second;
+      const bool has_light = extension.Has("light") && extension.Get("light").IsInt();
+      add_light(document_, builder_, index, has_light ? extension.Get("light").Get<int>() : -1,
+                world);
     }
     if (node.skin >= 0) ++skins_;
     if (node.mesh < 0) return;
@@ -140,7 +143,7 @@ class GltfReader {
     builder_.add_mesh(name, material, std::move(mesh), materials_.emission(material));
   }
 
-  void set_vertices(int accessor, const Placement& world, TriangleMeshShape& mesh) const {
+  void set_vertices(int accessor, const Placement& world, TriangleMeshShape& mesh) {
     const std::vector<float> values = document_.read_vectors(accessor, 3, false);
     mesh.vertices.reserve(values.size() / 3);
     for (std::size_t i = 0; i < values.size(); i += 3) {
@@ -155,7 +158,7 @@ class GltfReader {
   }
 
   std::vector<Triangle> triangles(const tinygltf::Primitive& primitive, const std::string& name,
-                                  std::size_t vertices, bool mirrored) const {
+                                  std::size_t vertices, bool mirrored) {
     std::vector<std::uint32_t> corners;
     if (primitive.indices >= 0) {
       corners = document_.read_indices(primitive.indices);

@@ -64,13 +64,7 @@ std::uint32_t GltfMaterials::use(int material) {
   MaterialDescription description{"default", MetallicRoughnessMaterial{}};
   if (material >= 0) description = convert(material, emission);
   // Names are told apart here, because a file may use one twice.
-  const std::string name = description.name;
-  const auto is_taken = [&] {
-    const auto& all = builder_.model().materials;
-    return std::any_of(all.begin(), all.end(),
-                       [&](const MaterialDescription& m) { return m.name == description.name; });
-  };
-  for (int i = 2; is_taken(); ++i) description.name = name + "." + std::to_string(i);
+  description.name = names_.settle(description.name);
   builder_.model().materials.push_back(std::move(description));
   emissions_.push_back(emission);
   return index;
@@ -147,7 +141,9 @@ std::optional<EmissionDescription> GltfMaterials::read_emission(const tinygltf::
   }
   if (const auto found = material.extensions.find("KHR_materials_emissive_strength");
       found != material.extensions.end() && found->second.Has("emissiveStrength")) {
-    radiance *= static_cast<float>(found->second.Get("emissiveStrength").GetNumberAsDouble());
+    const tinygltf::Value& strength = found->second.Get("emissiveStrength");
+    if (!strength.IsNumber()) document_.fault(place + ": emissiveStrength must be a number");
+    radiance *= static_cast<float>(strength.GetNumberAsDouble());
   }
   for (int c = 0; c < 3; ++c) {
     if (!(radiance[c] >= 0.0f && radiance[c] <= 1e30f)) {

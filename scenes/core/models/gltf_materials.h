@@ -37,6 +37,7 @@ class GltfMaterials {
   const GltfDocument& document_;
   ModelBuilder& builder_;
   std::map<int, std::uint32_t> used_;
+  UniqueNames names_;
   std::vector<std::optional<EmissionDescription>> emissions_;  ///< [material of the model]
 };
 

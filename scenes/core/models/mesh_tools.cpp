@@ -117,9 +117,20 @@ bool has_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   return 0.5 * ab.cross(bc).length() > kMinRelativeArea * longest2;
 }
 
-std::string ModelBuilder::unique_name(const std::string& wanted) {
+bool has_repeats(std::span<const std::uint32_t> corners) {
+  std::vector<std::uint32_t> sorted(corners.begin(), corners.end());
+  std::sort(sorted.begin(), sorted.end());
+  return std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end();
+}
+
+std::string UniqueNames::settle(const std::string& wanted) {
   std::string name = wanted;
-  for (int i = 2; !names_.insert(name).second; ++i) name = wanted + "." + std::to_string(i);
+  if (taken_.insert(name).second) return name;
+  // Going on from the last number keeps many shapes of one name from taking for ever.
+  int& number = last_.try_emplace(wanted, 1).first->second;
+  do {
+    name = wanted + "." + std::to_string(++number);
+  } while (!taken_.insert(name).second);
   return name;
 }
 

@@ -31,6 +31,20 @@ inline constexpr std::size_t kMaxConcaveCorners = 1024;
 /// Whether a triangle's area can be told from rounding.
 bool has_area(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
+/// Whether a face meets a vertex twice.
+bool has_repeats(std::span<const std::uint32_t> corners);
+
+/// Makes names unique.
+class UniqueNames {
+ public:
+  /// `wanted`, or with ".2", ".3", ... where that is taken; from now on taken.
+  std::string settle(const std::string& wanted);
+
+ private:
+  std::set<std::string> taken_;
+  std::map<std::string, int> last_;  ///< number of a name that was wanted before
+};
+
 /// Gathers the shapes of a model under unique names.
 class ModelBuilder {
  public:
@@ -39,8 +53,8 @@ class ModelBuilder {
   const std::filesystem::path& file() const { return file_; }
   Model& model() { return model_; }
 
-  /// `wanted`, or with ".2", ".3", ... where that is taken; from now on taken.
-  std::string unique_name(const std::string& wanted);
+  /// A name for a shape or a light.
+  std::string unique_name(const std::string& wanted) { return names_.settle(wanted); }
 
   /// Adds a mesh. Triangles without area are left out with a warning that counts them, and the
   /// whole mesh where nothing else is left.
@@ -71,7 +85,7 @@ class ModelBuilder {
  private:
   std::filesystem::path file_;
   Model model_;
-  std::set<std::string> names_;
+  UniqueNames names_;
   std::map<std::string, std::string> hashes_;  ///< of the image files so far
 };
 

@@ -180,11 +180,10 @@ class ObjReader {
 
   void add_polygon() {
     Bucket& cage = bucket(false, false);
-    for (std::size_t i = 0; i < face_.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j) {
-        if (face_[i][0] == face_[j][0]) fault("a face of a subdivision cage meets a vertex twice");
-      }
-      cage.corners.push_back(face_[i][0]);
+    const std::size_t first = cage.corners.size();
+    for (const Corner& corner : face_) cage.corners.push_back(corner[0]);
+    if (has_repeats(std::span(cage.corners).subspan(first))) {
+      fault("a face of a subdivision cage meets a vertex twice");
     }
     cage.face_sizes.push_back(static_cast<std::uint32_t>(face_.size()));
   }

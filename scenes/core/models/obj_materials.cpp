@@ -262,8 +262,8 @@ void ObjMaterials::warn_unsupported(const Entry& entry) {
                               std::to_string(values.dissolve) + "); it is taken as opaque");
   }
   for (const auto& [keyword, rest] : entry.statements) {
-    const auto is_one_of = [&](const auto& list) {
-      return std::find(list.begin(), list.end(), keyword) != list.end();
+    const auto is_one_of = [&name = keyword](const auto& list) {
+      return std::find(list.begin(), list.end(), name) != list.end();
     };
     if (is_one_of(kSilent) || is_one_of(kTextures) || keyword == "d" || keyword == "Tr") continue;
     const bool is_number = keyword[0] == 'P' || keyword.starts_with("aniso");

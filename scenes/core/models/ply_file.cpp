@@ -108,12 +108,9 @@ void add_cage(const aiMesh& mesh, ModelBuilder& builder) {
   }
   for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
     const std::span corners(mesh.mFaces[f].mIndices, mesh.mFaces[f].mNumIndices);
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      if (std::find(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(i),
-                    corners[i]) != corners.begin() + static_cast<std::ptrdiff_t>(i)) {
-        model_error(builder.file(),
-                    "face " + std::to_string(f) + " of a subdivision cage meets a vertex twice");
-      }
+    if (has_repeats(corners)) {
+      model_error(builder.file(),
+                  "face " + std::to_string(f) + " of a subdivision cage meets a vertex twice");
     }
     cage.face_sizes.push_back(static_cast<std::uint32_t>(corners.size()));
     cage.indices.insert(cage.indices.end(), corners.begin(), corners.end());
