@@ -35,7 +35,7 @@ constexpr int kLegendLine = 22;
 constexpr int kSwatch = 26;
 constexpr double kFont = 15;
 constexpr double kSmall = 12;
-constexpr double kCharWidth = 7.4;  // of the legend, on average
+constexpr double kCharWidth = 6.7;  // of the legend, on average
 constexpr int kLeastWidth = 1200;
 
 struct LegendEntry {
