@@ -84,7 +84,7 @@ class MatrixSheet {
     draw_titles();
     for (std::size_t c = 0; c < matrix_.size(); ++c) draw_row(c);
     draw_legend();
-    return canvas_.png();
+    return canvas_.bytes();
   }
 
  private:
