@@ -156,12 +156,15 @@ ImageMetrics image_metrics(std::span<const Rgb> image, const ReferenceHalves& re
   ImageMetrics metrics;
   metrics.reference = reference_noise(reference);
   const double mean = metrics.reference.mean;
+  // A black reference has no relative errors; its quotients are formed with 1 and not used.
+  const double relmse_offset = mean != 0 ? relmse_epsilon * mean * mean : 1.0;
+  const double mape_offset = mean != 0 ? kMapeEpsilon * std::abs(mean) : 1.0;
   Sums sums;
   std::vector<PixelErrors> pixels(image.size());
   std::vector<double> squared_errors(image.size());
   for (std::size_t p = 0; p < image.size(); ++p) {
-    pixels[p] = add_pixel(image[p], reference.a[p], reference.b[p], relmse_epsilon * mean * mean,
-                          kMapeEpsilon * std::abs(mean), sums);
+    pixels[p] =
+        add_pixel(image[p], reference.a[p], reference.b[p], relmse_offset, mape_offset, sums);
     squared_errors[p] = pixels[p].squared;
     if (!is_finite(image[p])) ++metrics.nonfinite;
   }

@@ -41,13 +41,10 @@ double log_ratio(const PairedCostError& mean) {
          std::log(mean.method.error);
 }
 
+/// @param mean            of all blocks, without fault
 /// @param relative_floor  in quadrature, of the means over all blocks
-EfficiencyEstimate jackknife(std::span<const PairedCostError> blocks, double confidence,
-                             double relative_floor) {
-  const PairedCostError mean = mean_without(blocks, blocks.size());
-  if (const NoEstimate fault = fault_of(mean); fault != NoEstimate::None) {
-    return {std::nullopt, fault};
-  }
+EfficiencyEstimate jackknife(std::span<const PairedCostError> blocks, const PairedCostError& mean,
+                             double confidence, double relative_floor) {
   LogEstimate estimate{log_ratio(mean), std::nullopt, std::nullopt};
   if (blocks.size() < 2) return {estimate, NoEstimate::None};
   Welford without;
@@ -177,16 +174,22 @@ EfficiencyEstimate log_efficiency(std::span<const CostError> blocks,
   paired.reserve(blocks.size());
   for (const CostError& block : blocks) paired.push_back({block, {1, 1}});
   const PairedCostError mean = mean_without(paired, paired.size());
-  return jackknife(paired, options.confidence, options.reference_floor / mean.method.error);
+  if (const NoEstimate fault = fault_of(mean); fault != NoEstimate::None) {
+    return {std::nullopt, fault};
+  }
+  return jackknife(paired, mean, options.confidence, options.reference_floor / mean.method.error);
 }
 
 EfficiencyEstimate log_efficiency_ratio(std::span<const PairedCostError> blocks,
                                         const JackknifeOptions& options) {
   if (blocks.empty()) return {std::nullopt, NoEstimate::NoBlocks};
   const PairedCostError mean = mean_without(blocks, blocks.size());
+  if (const NoEstimate fault = fault_of(mean); fault != NoEstimate::None) {
+    return {std::nullopt, fault};
+  }
   const double relative_floor =
       options.reference_floor * std::abs(1 / mean.method.error - 1 / mean.baseline.error);
-  return jackknife(blocks, options.confidence, relative_floor);
+  return jackknife(blocks, mean, options.confidence, relative_floor);
 }
 
 std::optional<double> detectable_effect(double log_ratio_se, std::int64_t blocks) {
