@@ -105,7 +105,9 @@ void ConfigReader::read_crop(const json& value, const std::string& pointer) {
   const auto resolution = resolution_of(*scene);
   const std::string place = child_pointer(pointer, "rectangle");
   if (!rectangle || !resolution || faults_.covers(place)) return;
-  const auto [x, y, width, height] = *rectangle;
+  // Sums of two numbers that the schema may have refused.
+  const std::int64_t x = (*rectangle)[0], y = (*rectangle)[1];
+  const std::int64_t width = (*rectangle)[2], height = (*rectangle)[3];
   if (width < 1 || height < 1) {
     fault(place, "expected a width and height of at least 1, found " + value["rectangle"].dump());
   } else if (x + width > (*resolution)[0] || y + height > (*resolution)[1]) {

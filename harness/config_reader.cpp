@@ -147,7 +147,7 @@ void ConfigReader::read_reference(const json& value, const std::string& pointer,
           "each half of the reference needs an estimate at every shading point: expected at least "
           "2 x "
           "camera_samples = " +
-              std::to_string(2 * scene.camera_samples) + ", found " +
+              std::to_string(std::int64_t{2} * scene.camera_samples) + ", found " +
               std::to_string(reference.spp));
   }
   if (entry == nullptr) return;

@@ -15,7 +15,7 @@ bool is_utf8(const std::string& text) {
 
 std::optional<ParamValue> param_from_json(const json& value) {
   if (value.is_boolean()) return value.get<bool>();
-  if (value.is_number_integer()) return value.get<std::int64_t>();
+  if (holds<std::int64_t>(value)) return value.get<std::int64_t>();
   if (value.is_number()) return value.get<double>();
   if (value.is_string()) return value.get<std::string>();
   return std::nullopt;

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "estimators/params.h"
@@ -17,7 +20,9 @@ bool holds(const nlohmann::json& value) {
   if constexpr (std::is_same_v<T, bool>) {
     return value.is_boolean();
   } else if constexpr (std::is_integral_v<T>) {
-    return value.is_number_integer();
+    return value.is_number_unsigned()
+               ? std::in_range<T>(value.get<std::uint64_t>())
+               : value.is_number_integer() && std::in_range<T>(value.get<std::int64_t>());
   } else if constexpr (std::is_floating_point_v<T>) {
     return value.is_number();
   } else {
@@ -40,7 +45,7 @@ std::optional<std::array<int, N>> take_integers(const nlohmann::json& object, co
   const nlohmann::json& value = object[key];
   if (!value.is_array() || value.size() != N) return std::nullopt;
   for (const nlohmann::json& item : value) {
-    if (!item.is_number_integer()) return std::nullopt;
+    if (!holds<int>(item)) return std::nullopt;
   }
   return value.get<std::array<int, N>>();
 }
