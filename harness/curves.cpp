@@ -77,9 +77,9 @@ std::vector<CellList> curves_of(const CellList& cells) {
 std::vector<int> common_blocks(const CellList& cells) {
   std::vector<int> blocks;
   for (const auto& [block, run] : cells.front()->blocks) {
-    const bool everywhere = std::all_of(cells.begin(), cells.end(), [&](const MeasuredCell* cell) {
-      return cell->blocks.count(block) != 0;
-    });
+    const bool everywhere = std::all_of(
+        cells.begin(), cells.end(),
+        [&wanted = block](const MeasuredCell* cell) { return cell->blocks.count(wanted) != 0; });
     if (everywhere) blocks.push_back(block);
   }
   return blocks;
