@@ -26,6 +26,23 @@ Json json_file(const std::filesystem::path& file) {
   return json.is_discarded() ? Json() : json;
 }
 
+/// Of a stability suite's rows what the matrix shows; the rest would be megabytes.
+Json stability_json(const std::filesystem::path& file) {
+  const Json suite = json_file(file);
+  if (!suite.is_object() || !suite.contains("rows") || !suite["rows"].is_array()) return nullptr;
+  Json rows = Json::array();
+  for (const Json& row : suite["rows"]) {
+    if (!row.is_object()) return nullptr;
+    Json& shown = rows.emplace_back(Json::object());
+    for (const char* name :
+         {"case", "parameter", "step", "value", "method", "verdict", "bias", "reason"}) {
+      if (!row.contains(name)) return nullptr;
+      shown[name] = row[name];
+    }
+  }
+  return {{"rows", std::move(rows)}};
+}
+
 Json statements_json(const ReportTables& tables) {
   constexpr std::array<const char*, 3> kKinds{"result", "leader", "caution"};
   Json list = Json::array();
@@ -113,7 +130,7 @@ Json page_data(const std::filesystem::path& folder, const Report& report,
   json["files"] = files_json(folder);
   json["environment"] = json_file(folder / "environment.json");
   json["config"] = json_file(folder / "config.resolved.json");
-  json["stability"] = json_file(folder / "stability.json");
+  json["stability"] = stability_json(folder / "stability.json");
   return json;
 }
 

@@ -115,6 +115,19 @@ TEST_F(ReportCommand, JsonIsAllThatMachinesRead) {
   EXPECT_EQ(json::parse(again.output), json::parse(outcome.output));
 }
 
+TEST_F(ReportCommand, StabilitySuiteIsShownWithoutARun) {
+  const Outcome suite = run("stability --quick --case small_light --estimator mis --out out");
+  ASSERT_EQ(suite.code, 0) << suite.output;
+  const Outcome outcome = run("report out");
+  EXPECT_EQ(outcome.code, 0) << outcome.output;
+  const json rows = page_data()["stability"]["rows"];
+  ASSERT_FALSE(rows.empty());
+  EXPECT_EQ(rows[0]["case"], "small_light");
+  std::ofstream(root_ / "out/stability.json") << R"({"rows": [{"case": 1}]})";
+  EXPECT_EQ(run("report out").code, 0);
+  EXPECT_TRUE(page_data()["stability"].is_null()) << "not of a suite";
+}
+
 TEST_F(ReportCommand, OtherFoldersAreRefused) {
   fs::create_directory(root_ / "other");
   const Outcome outcome = run("report other");

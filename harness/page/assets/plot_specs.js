@@ -300,7 +300,7 @@ function surfaceSpec({ key, list }, width) {
   };
 }
 
-const kVerdictColors = { ok: "#9ecae9", noisy: "#f0c53a", biased: "#d55e00", breaks: "#111111" };
+const kVerdictColors = { ok: "#dce6ec", noisy: "#f2b13c", biased: "#2f5db0", breaks: "#111111" };
 
 /** The stability suite (stability.json): cases by methods, each step from harmless to extreme a block. */
 function stabilitySpec(width) {
