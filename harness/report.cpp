@@ -75,15 +75,19 @@ Report make_report(const std::filesystem::path& folder) {
   const std::filesystem::path config = folder / "config.resolved.json";
   const std::filesystem::path plan = folder / "plan.lock.json";
   const std::filesystem::path measurements = folder / "measurements.csv";
-  if (!std::filesystem::exists(config) && !std::filesystem::exists(plan) &&
-      !std::filesystem::exists(measurements) &&
-      !std::filesystem::exists(folder / "stability.json")) {
-    throw InputError(folder.string() +
-                     ": expected a folder of `penumbra run`, with measurements.csv, "
-                     "config.resolved.json and plan.lock.json, or of `penumbra stability`; found "
-                     "none of their files");
-  }
   Report report;
+  report.is_run = std::filesystem::exists(config) || std::filesystem::exists(plan) ||
+                  std::filesystem::exists(measurements);
+  if (!report.is_run) {
+    if (!std::filesystem::exists(folder / "stability.json")) {
+      throw InputError(folder.string() +
+                       ": expected a folder of `penumbra run`, with measurements.csv, "
+                       "config.resolved.json and plan.lock.json, or of `penumbra stability`; found "
+                       "none of their files");
+    }
+    report.config.name = folder.filename().string();
+    return report;
+  }
   report.config =
       read_part(config, "the baseline is the first label by alphabet, published ratios are unknown",
                 report.missing, [](const auto& file) { return load_config(file); });

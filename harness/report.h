@@ -15,6 +15,7 @@ struct Report {
   std::vector<RunRow> rows;  ///< of the cells that the folder's plan has
   ReportTables tables;
   std::size_t stale_rows{0};         ///< of other cells: left out
+  bool is_run{true};                 ///< otherwise a folder of the stability suite alone
   std::vector<std::string> missing;  ///< files that are not there or cannot be read, and what that
                                      ///< means, in words
 };

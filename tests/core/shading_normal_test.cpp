@@ -77,6 +77,15 @@ TEST(ShadingNormal, WithoutADirectionIsTheFaces) {
   }
 }
 
+// What interpolation gives, normalised as it stands: not a direction, or one below the face.
+TEST(ShadingNormalControl, NormalisingWhateverIsInterpolatedGivesNoNormal) {
+  const Vec3 face(0, 0, 1);
+  EXPECT_FALSE(std::abs(Vec3(0.0f).normalized().length() - 1.0f) < 0.5f);
+  EXPECT_FALSE(dot(Vec3(1, 0, 0).normalized(), face) > 0.0f);
+  const Vec3 flipped = Vec3(0.1f, 0.0f, -1.0f).normalized();
+  EXPECT_LT(dot(flipped, face), 0.0f) << "a mesh wound backwards";
+}
+
 TEST(ShadingNormal, OfASmoothSphereIsTheSpheres) {
   const Scene scene(under_a_white_sky(smooth_sphere(), test::lambert(kAlbedo)));
   test::TestRandom random;

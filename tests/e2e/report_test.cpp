@@ -120,6 +120,7 @@ TEST_F(ReportCommand, StabilitySuiteIsShownWithoutARun) {
   ASSERT_EQ(suite.code, 0) << suite.output;
   const Outcome outcome = run("report out");
   EXPECT_EQ(outcome.code, 0) << outcome.output;
+  EXPECT_FALSE(fs::exists(root_ / "out/efficiency.csv")) << "nothing was run";
   const json rows = page_data()["stability"]["rows"];
   ASSERT_FALSE(rows.empty());
   EXPECT_EQ(rows[0]["case"], "small_light");

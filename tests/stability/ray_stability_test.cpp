@@ -325,6 +325,18 @@ TEST(RayBatch, RaysThatAreNoRaysAreCountedAndNotTraced) {
   EXPECT_EQ(batch.untraced(), 0u) << "of the last query";
 }
 
+// The guard that only looks for NaN would let half of those rays through.
+TEST(RayBatchControl, LookingForNanAloneLetsRaysThrough) {
+  const auto looks_fine = [](const Vec3& origin, const Vec3& direction) {
+    return origin == origin && direction == direction;
+  };
+  const float inf = std::numeric_limits<float>::infinity();
+  EXPECT_FALSE(looks_fine(Vec3(std::numeric_limits<float>::quiet_NaN(), 0, 0), Vec3(0, 0, -1)));
+  EXPECT_TRUE(looks_fine(Vec3(inf, 0, 0), Vec3(0, 0, -1)));
+  EXPECT_TRUE(looks_fine(Vec3(0.0f), Vec3(0, -inf, 0)));
+  EXPECT_TRUE(looks_fine(Vec3(0.0f), Vec3(0.0f)));
+}
+
 TEST(RayBatch, MeshLightsHaveNoDensityForWhatIsNoDirection) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   SceneDescription description = lit_floor(false, 0.1);
