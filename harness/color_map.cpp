@@ -80,6 +80,20 @@ Rgb8 scale_color(const ColorScale& scale, float value) noexcept {
   return map_color(scale.map, (static_cast<double>(value) - min) / (max - min));
 }
 
+std::vector<Rgb8> colors_of(const Image& image, float exposure_stops) {
+  std::vector<Rgb8> colors;
+  colors.reserve(image.pixels.size());
+  for (const Rgb& pixel : image.pixels) colors.push_back(tone_map(pixel, exposure_stops));
+  return colors;
+}
+
+std::vector<Rgb8> colors_of(const ScalarImage& image, const ColorScale& scale) {
+  std::vector<Rgb8> colors;
+  colors.reserve(image.pixels.size());
+  for (const float pixel : image.pixels) colors.push_back(scale_color(scale, pixel));
+  return colors;
+}
+
 std::string scale_fault(const ColorScale& scale) {
   if (!std::isfinite(scale.min) || !std::isfinite(scale.max) || !(scale.min < scale.max)) {
     return fmt::format("colour scale from {} to {}: both must be finite and min below max",

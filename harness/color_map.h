@@ -2,6 +2,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include "harness/image.h"
 #include "harness/tone_map.h"
@@ -29,6 +30,10 @@ Rgb8 map_color(ColorMap map, double t) noexcept;
 
 /// The colour of a value; NaN and infinity give `kNonFiniteColor`.
 Rgb8 scale_color(const ColorScale& scale, float value) noexcept;
+
+/// The colours of all pixels: tone-mapped radiance, and the values of a map.
+std::vector<Rgb8> colors_of(const Image& image, float exposure_stops);
+std::vector<Rgb8> colors_of(const ScalarImage& image, const ColorScale& scale);
 
 /// What is wrong with a scale, empty when it is fine: min and max must be finite, min < max, and
 /// for BlueWhiteRed min = -max, because white has to be zero.

@@ -156,20 +156,6 @@ Picture resized(const Picture& picture, int width, int height) {
                                 : downscale_box(picture, width, height);
 }
 
-std::vector<Rgb8> colors_of(const Image& image, float exposure) {
-  std::vector<Rgb8> colors;
-  colors.reserve(image.pixels.size());
-  for (const Rgb& pixel : image.pixels) colors.push_back(tone_map(pixel, exposure));
-  return colors;
-}
-
-std::vector<Rgb8> colors_of(const ScalarImage& image, const ColorScale& scale) {
-  std::vector<Rgb8> colors;
-  colors.reserve(image.pixels.size());
-  for (const float value : image.pixels) colors.push_back(scale_color(scale, value));
-  return colors;
-}
-
 /// Everything that is drawn at one crop.
 struct CropRow {
   PixelRect rectangle;

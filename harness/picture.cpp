@@ -40,20 +40,6 @@ void check_picture(bool well_formed) {
   if (!well_formed) throw RunError("the image is empty, or size and pixels disagree");
 }
 
-std::vector<Rgb8> colors_of(const Image& image, float exposure_stops) {
-  std::vector<Rgb8> colors;
-  colors.reserve(image.pixels.size());
-  for (const Rgb& pixel : image.pixels) colors.push_back(tone_map(pixel, exposure_stops));
-  return colors;
-}
-
-std::vector<Rgb8> colors_of(const ScalarImage& image, const ColorScale& scale) {
-  std::vector<Rgb8> colors;
-  colors.reserve(image.pixels.size());
-  for (const float pixel : image.pixels) colors.push_back(scale_color(scale, pixel));
-  return colors;
-}
-
 /// The panel's pixels at the size in which it is drawn.
 template <class Picture>
 Picture fit(const Picture& picture, int width, int height) {
