@@ -15,13 +15,6 @@ namespace {
 
 constexpr int kMaxResolution = 16384;  // as the schemas have it
 
-bool has_light(const SceneDescription& scene) {
-  return !scene.point_lights.empty() || !scene.spot_lights.empty() ||
-         !scene.directional_lights.empty() || scene.environment ||
-         std::any_of(scene.shapes.begin(), scene.shapes.end(),
-                     [](const ShapeDescription& shape) { return shape.emission.has_value(); });
-}
-
 }  // namespace
 
 SceneDescription load_description(const std::filesystem::path& file,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -197,5 +198,13 @@ struct SceneDescription {
   /// Where shapes of type "model" came from; "own" where there is none of them.
   std::string geometry{"own"};  ///< "own", "generated" or "models"
 };
+
+/// Whether anything gives light, black or not.
+inline bool has_light(const SceneDescription& scene) {
+  return !scene.point_lights.empty() || !scene.spot_lights.empty() ||
+         !scene.directional_lights.empty() || scene.environment ||
+         std::any_of(scene.shapes.begin(), scene.shapes.end(),
+                     [](const ShapeDescription& shape) { return shape.emission.has_value(); });
+}
 
 }  // namespace penumbra

@@ -84,13 +84,6 @@ CameraDescription framing_camera(const SceneDescription& scene) {
   return camera;
 }
 
-bool has_light(const SceneDescription& scene) {
-  return !scene.point_lights.empty() || !scene.spot_lights.empty() ||
-         !scene.directional_lights.empty() || scene.environment ||
-         std::any_of(scene.shapes.begin(), scene.shapes.end(),
-                     [](const ShapeDescription& shape) { return shape.emission.has_value(); });
-}
-
 }  // namespace
 
 SceneDescription scene_of_model(const std::filesystem::path& file) {
