@@ -96,15 +96,6 @@ RC_GTEST_PROP(DirectionWarps, InverseUndoesSample, (std::uint32_t a, std::uint32
   }
 }
 
-// 32 bits as a float, divided: the largest round to 1, which is outside of [0, 1) and chooses the
-// entry behind the last.
-TEST(DirectionWarpsControl, NaiveVariatesReachOne) {
-  const std::uint32_t most = 0xffffffffu;
-  EXPECT_EQ(static_cast<float>(most) * 0x1p-32f, 1.0f);
-  EXPECT_EQ(static_cast<int>(static_cast<float>(most) * 0x1p-32f * 5.0f), 5) << "of 5 entries";
-  EXPECT_LT(static_cast<float>(most >> 8) * 0x1p-24f, 1.0f) << "as point sets make them";
-}
-
 TEST(DirectionWarps, ExtremeVariatesStayFiniteAndInTheDomain) {
   for (const DirectionWarp& warp : direction_warps()) {
     for (const float x : kExtremes) {
