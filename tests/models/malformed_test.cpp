@@ -103,6 +103,8 @@ TEST(MalformedPly, WrongHeadersAndValuesAreRefused) {
   for (const Case& c : std::initializer_list<Case>{
            {changed(text, "ply", "plx"), "a.ply:1: error: not a PLY file"},
            {changed(text, "ascii", "klingon"), "a.ply:2: error: unknown format"},
+           {changed(text, "format ascii 1.0\n", "format ascii 1.0\nformat binary_big_endian 1.0\n"),
+            "a.ply:3: error: a second \"format\""},
            {changed(text, "vertex 5", "vertex 6"), "expected"},
            {changed(text, "vertex 5", "vertex -5"), "a.ply:3: error: expected a number"},
            {changed(text, "vertex 5", "vertex 99999999999999999999"), "a.ply:3: error: expected"},

@@ -21,6 +21,17 @@ std::size_t corner_count(const aiMesh& mesh) {
   return corners;
 }
 
+/// Whether faces name vertices that there are. The file's own were checked before; these are what
+/// the importer made of them.
+bool has_sound_indices(const aiMesh& mesh) {
+  for (const aiFace& face : std::span(mesh.mFaces, mesh.mNumFaces)) {
+    for (const unsigned index : std::span(face.mIndices, face.mNumIndices)) {
+      if (index >= mesh.mNumVertices) return false;
+    }
+  }
+  return true;
+}
+
 /// @throws InputError when a coordinate is not finite or too large for a scene
 void check_vertices(const std::filesystem::path& file, const aiMesh& mesh) {
   constexpr float kMaxCoordinate = 1e30f;
@@ -154,6 +165,9 @@ Model load_ply(const std::filesystem::path& file, ModelFaces faces) {
                           std::to_string(mesh.mNumFaces) + " faces, the file holds " +
                           std::to_string(layout.find("vertex")->count) + " and " +
                           std::to_string(layout.find("face")->count));
+  }
+  if (!has_sound_indices(mesh)) {
+    model_error(file, "assimp reads faces of vertices that there are not");
   }
   check_vertices(file, mesh);
   report(layout, builder);

@@ -111,6 +111,8 @@ PlyLayout read_header(Lines& lines) {
     const std::string_view word = take_word(rest);
     if (word == "end_header") break;
     if (word == "format") {
+      // Readers differ in which of two they follow.
+      if (has_format) lines.fault("a second \"format\" in the header");
       layout.format = read_format(lines, rest);
       has_format = true;
     } else if (word == "element") {
