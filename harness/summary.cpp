@@ -147,9 +147,11 @@ std::vector<std::string> cautions_of(const RowList& rows, const ReportTables& ta
   add(where(rows, [](const auto& row) { return is_biased(row); }),
       "Biased: ", "; efficiency says nothing of an error that does not fall with time.");
   add(where(rows, [](const auto& row) { return row.p_eff && *row.p_eff < kFewPixels; }),
-      "Fewer than 200 effective pixels decide the MSE of ", "; relMSE is the safer number.");
+      fmt::format("Fewer than {:g} effective pixels decide the MSE of ", kFewPixels),
+      "; relMSE is the safer number.");
   add(where(rows, [](const auto& row) { return row.reference_share.value_or(0) > kShareToWarn; }),
-      "The reference's own noise is above 5 % of the error of ", ".");
+      fmt::format("The reference's own noise is above {:g} % of the error of ", 100 * kShareToWarn),
+      ".");
   add(where(rows, [](const auto& row) { return row.n_contaminated > 0; }),
       "Other work on the machine disturbed runs of ", ".");
   std::size_t outside = 0;

@@ -162,7 +162,8 @@ std::vector<std::string> footnotes(std::span<const EfficiencyRow> rows, const Ta
     notes.push_back("r: the reference's own variance is more than 5 % of this MSE.");
   }
   if (std::any_of(rows.begin(), rows.end(), few_pixels)) {
-    notes.push_back("p: fewer than 200 effective pixels decide this MSE; trust relMSE.");
+    notes.push_back(fmt::format(
+        "p: fewer than {:g} effective pixels decide this MSE; trust relMSE.", kFewPixels));
   }
   if (!options.published_source.empty() && has_published(rows)) {
     notes.push_back("Published ratio: " + options.published_source);

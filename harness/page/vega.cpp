@@ -4,10 +4,11 @@
 
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <sstream>
 #include <string_view>
+
+#include "scenes/core/file_bytes.h"
 
 namespace penumbra {
 namespace {
@@ -53,11 +54,8 @@ constexpr std::array kVega{
 };
 
 std::optional<std::string> text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return std::nullopt;
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  return read_bytes(file);
 }
 
 std::optional<std::string> d3_module(std::string_view name) {

@@ -92,6 +92,14 @@ struct ClampedDistance {
   }
 };
 
+/// A cosine-weighted direction about the frame's normal, by the textbook.
+Vec3 cosine_direction(const Frame& frame, const Vec2& u) {
+  const float r = std::sqrt(u.x);
+  const float phi = 6.2831853f * u.y;
+  return frame.to_world(
+      {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(0.0f, 1.0f - u.x))});
+}
+
 /// Rays that start a fixed distance away from their point, as with an absolute tnear: they jump
 /// over what is thinner.
 struct FixedStart {
@@ -100,11 +108,7 @@ struct FixedStart {
     const Frame frame(p.shading_normal);
     RayBatch rays(static_cast<std::size_t>(n));
     for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(n); ++i) {
-      const Variates v = points(i);
-      const float r = std::sqrt(v.u.x);
-      const float phi = 6.2831853f * v.u.y;
-      const Vec3 w = frame.to_world(
-          {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(0.0f, 1.0f - v.u.x))});
+      const Vec3 w = cosine_direction(frame, points(i).u);
       rays.add(p.position + w * 0.01f, w);
     }
     scene.intersect(rays);
@@ -171,11 +175,7 @@ struct NoOffset {
     const Frame frame(p.shading_normal);
     RayBatch rays(static_cast<std::size_t>(n));
     for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(n); ++i) {
-      const Variates v = points(i);
-      const float r = std::sqrt(v.u.x);
-      const float phi = 6.2831853f * v.u.y;
-      rays.add(start, frame.to_world({r * std::cos(phi), r * std::sin(phi),
-                                      std::sqrt(std::max(0.0f, 1.0f - v.u.x))}));
+      rays.add(start, cosine_direction(frame, points(i).u));
     }
     scene.intersect(rays);
     int free = 0;
