@@ -81,10 +81,17 @@ void add_errors(Cell& cell, double confidence) {
   // mse_naive - mse is the variance of the reference, exactly (statistics.md 3.1).
   const std::optional<double> naive = cell.runs.mean_of(&RunRow::mse_naive);
   if (naive && *row.err > 0) row.reference_share = (*naive - *row.err) / *row.err;
+  const double reference_se = first.reference_mean_se.value_or(0);
   if (first.reference_mean && std::isfinite(*first.reference_mean) && *first.reference_mean != 0) {
     row.bias_rel = biases.mean() / *first.reference_mean;
+    if (const auto interval = mean_interval(biases, confidence, reference_se)) {
+      const auto [lo, hi] =
+          std::minmax({interval->lo / *first.reference_mean, interval->hi / *first.reference_mean});
+      row.bias_rel_lo = lo;
+      row.bias_rel_hi = hi;
+    }
   }
-  row.bias_p = zero_mean_p(biases, first.reference_mean_se.value_or(0));
+  row.bias_p = zero_mean_p(biases, reference_se);
 }
 
 /// Root mean square error that the rounding of float pixels explains, as a share of the reference's

@@ -80,7 +80,8 @@ constexpr std::array kEfficiencyColumns{
     later_column<&EfficiencyRow::variance>("variance", kErrorUnit),
     later_column<&EfficiencyRow::bias2>("bias2", kErrorUnit),
     later_column<&EfficiencyRow::p_eff_runs>("p_eff_runs", "pixels"),
-    PN_LATER_EFF(bias_smallest_p), PN_LATER_EFF(bias_tost)};
+    PN_LATER_EFF(bias_smallest_p), PN_LATER_EFF(bias_tost),
+    PN_LATER_EFF(bias_rel_lo), PN_LATER_EFF(bias_rel_hi)};
 // clang-format on
 
 #undef PN_RUN

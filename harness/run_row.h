@@ -168,6 +168,8 @@ struct EfficiencyRow {
   std::optional<double> bias_smallest_p;  ///< over the tiles of three scales, adjusted by Holm
   std::string bias_tost;  ///< whether the bias of the whole image is inside +-0.5 %: "shown", "not
                           ///< shown"
+  std::optional<double> bias_rel_lo, bias_rel_hi;  ///< t interval of bias_rel, the reference's
+                                                   ///< error included
 
   friend bool operator==(const EfficiencyRow&, const EfficiencyRow&) = default;
 };

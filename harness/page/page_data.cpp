@@ -53,6 +53,15 @@ Json statements_json(const ReportTables& tables) {
   return list;
 }
 
+/// The rows of the table that stand for their methods.
+Json headline_json(const ReportTables& tables) {
+  Json indices = Json::array();
+  for (const EfficiencyRow* row : headline_rows(tables.efficiency)) {
+    indices.push_back(row - tables.efficiency.data());
+  }
+  return indices;
+}
+
 Json images_json(const PageImages& images) {
   Json list = Json::array();
   for (const PageImage& image : images.images) {
@@ -115,7 +124,9 @@ Json page_data(const std::filesystem::path& folder, const Report& report,
   json["primary_time"] = options.primary == PrimaryTime::Cpu ? "cpu" : "wall";
   json["relmse_epsilon"] = options.relmse_epsilon;
   json["published_source"] = options.published_source;
+  json["bias_level"] = kBiasLevel;
   json["statements"] = statements_json(tables);
+  json["headline"] = headline_json(tables);
   json["efficiency"] = table(efficiency_table_columns(), tables.efficiency);
   json["curves"] = table(curve_table_columns(), tables.curves.rows);
   json["curve_points"] = table(curve_point_table_columns(), tables.curves.points);
@@ -129,7 +140,6 @@ Json page_data(const std::filesystem::path& folder, const Report& report,
   json["stale_rows"] = report.stale_rows;
   json["files"] = files_json(folder);
   json["environment"] = json_file(folder / "environment.json");
-  json["config"] = json_file(folder / "config.resolved.json");
   json["stability"] = stability_json(folder / "stability.json");
   return json;
 }

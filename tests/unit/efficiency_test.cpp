@@ -39,6 +39,8 @@ TEST(EfficiencyTable, MeansAndEfficienciesMatchHandComputation) {
   EXPECT_DOUBLE_EQ(row.bias_rel.value(), 0.1);  // 0.2 / 2
   // {.1, .3}: standard error .1, t = 2 with one degree of freedom.
   EXPECT_NEAR(row.bias_p.value(), student_t_two_sided_p(2, 1), 1e-12);
+  EXPECT_NEAR(row.bias_rel_hi.value(), 0.1 + 0.05 * student_t_quantile(0.975, 1), 1e-12);
+  EXPECT_NEAR(row.bias_rel_lo.value(), 0.1 - 0.05 * student_t_quantile(0.975, 1), 1e-12);
   // Standard error of {.2, .6} is .2.
   EXPECT_NEAR(row.err_hi.value(), 0.4 + 0.2 * student_t_quantile(0.975, 1), 1e-12);
   EXPECT_NEAR(row.err_lo.value(), 0.4 - 0.2 * student_t_quantile(0.975, 1), 1e-12);

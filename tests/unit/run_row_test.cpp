@@ -47,7 +47,7 @@ TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
       "ratio_wall_hi, ratio_rays, ratio_rays_lo, ratio_rays_hi, ratio_instructions, "
       "ratio_instructions_lo, ratio_instructions_hi, ratio_blocks, log_ratio_se, detectable, "
       "ratio_tuned_blocks, log_ratio_tuned_se, bias_p_holm, best_of, n_contaminated, variance, "
-      "bias2, p_eff_runs, bias_smallest_p, bias_tost");
+      "bias2, p_eff_runs, bias_smallest_p, bias_tost, bias_rel_lo, bias_rel_hi");
 }
 
 TEST(RunColumns, HoldEveryMetricButTheRoot) {

@@ -109,20 +109,13 @@ function swatch(name) {
   return element("span", { class: "swatch", style: `background:${style ? style.color : "#888"}` });
 }
 
-/** The rows that stand for their method: largest budget (or SPP) of each scene, most efficient. */
+/** The rows that stand for their method, with their places in the table. */
 function headlineRows() {
-  const chosen = new Map();
-  const rank = (row) => [row.budget_s ?? 0, row.budget_s === null ? row.spp : 0, row.eff_cpu ?? -1];
-  const isAfter = (a, b) => {
-    for (let i = 0; i < a.length; ++i) if (a[i] !== b[i]) return a[i] > b[i];
-    return false;
-  };
-  rows.forEach((row, index) => {
-    const key = JSON.stringify([row.scene, row.label, row.sampler]);
-    const best = chosen.get(key);
-    if (!best || isAfter(rank(row), rank(best.row))) chosen.set(key, { row, index });
-  });
-  return [...chosen.values()];
+  return report.headline.map((index) => ({ row: rows[index], index }));
+}
+
+function isBiased(row) {
+  return isNumber(row.bias_p_holm) && row.bias_p_holm <= report.bias_level;
 }
 
 function standing(ratio, lo, hi) {

@@ -209,18 +209,10 @@ function groupedBars(values, field, title, width, text) {
   };
 }
 
-// Quantiles of Student's t, two-sided 95 %, by degrees of freedom; 2 beyond.
-const kStudent = [12.71, 4.3, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.2, 2.18, 2.16, 2.14, 2.13, 2.12, 2.11, 2.1, 2.09, 2.09];
-
-/** Relative bias of the whole image with its t interval over blocks; nothing for one block. */
+/** Relative bias of the whole image with its interval; nothing where there is none. */
 function biasOf(row) {
-  const errors = runsOf(row).filter((run) => isNumber(run.mean_error) && run.reference_mean > 0)
-    .map((run) => run.mean_error / run.reference_mean);
-  if (errors.length < 2 || !isNumber(row.T_cpu_s)) return null;
-  const mean = errors.reduce((a, b) => a + b, 0) / errors.length;
-  const variance = errors.reduce((a, b) => a + (b - mean) ** 2, 0) / (errors.length - 1);
-  const half = (kStudent[errors.length - 2] ?? 2) * Math.sqrt(variance / errors.length);
-  return { scene: row.scene, name: methodName(row), T: row.T_cpu_s, value: mean, lo: mean - half, hi: mean + half };
+  if (!isNumber(row.bias_rel_lo) || !isNumber(row.T_cpu_s)) return null;
+  return { scene: row.scene, name: methodName(row), T: row.T_cpu_s, value: row.bias_rel, lo: row.bias_rel_lo, hi: row.bias_rel_hi };
 }
 
 const kBiasTicks = [-1, -0.3, -0.1, -0.03, -0.01, -0.003, -0.001, 0, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1];

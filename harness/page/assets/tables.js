@@ -78,10 +78,6 @@ function matrixCellOf(row, index, ratio, lo, hi) {
   return td;
 }
 
-function isBiased(row) {
-  return isNumber(row.bias_p_holm) && row.bias_p_holm <= 0.01;
-}
-
 function fillSummary() {
   const place = section("summary");
   if (!rows.length) {
@@ -99,6 +95,9 @@ function fillSummary() {
     if (!texts.length) continue;
     place.append(element("h3", {}, titles[kind]));
     place.append(element("ul", { class: "statements" }, ...texts.map((text) => element("li", {}, text))));
+  }
+  if (report.stale_rows) {
+    place.append(element("p", {}, `${report.stale_rows} rows are of cells that the config no longer has; they are left out.`));
   }
   if (report.missing.length) {
     place.append(element("h3", {}, "Missing in this folder"));
@@ -174,7 +173,7 @@ function fillEfficiency() {
   const epsilon = report.relmse_epsilon;
   place.append(element("p", { class: "soft" },
     "MSE is debiased by the two halves of the reference; relMSE divides by reference\u00b2 + " +
-    `${epsilon} mean(reference)\u00b2. Biased: the mean error differs from 0, p \u2264 0.01 after Holm over the table. ` +
+    `${epsilon} mean(reference)\u00b2. Biased: the mean error differs from 0, p \u2264 ${report.bias_level} after Holm over the table. ` +
     (report.published_source ? "Published: " + report.published_source + "." : "")));
 }
 
