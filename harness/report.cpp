@@ -33,7 +33,8 @@ auto read_part(const std::filesystem::path& file, const std::string& meaning,
 }
 
 /// What the pictures of single runs say, where they and their reference are there.
-void add_replicates(const std::filesystem::path& folder, Report& report) {
+void add_replicates(const std::filesystem::path& folder, ReplicatePictures pictures,
+                    Report& report) {
   std::map<std::string, std::optional<Reference>> references;
   for (EfficiencyRow& row : report.tables.efficiency) {
     const std::vector<RunRow> runs = rows_of_cell(report.rows, row);
@@ -45,6 +46,7 @@ void add_replicates(const std::filesystem::path& folder, Report& report) {
     const auto summary = summarise_replicates(folder, runs, *place->second);
     if (!summary) continue;
     add_replicates(row, *summary);
+    if (pictures == ReplicatePictures::Leave) continue;
     Cell cell;
     cell.id = first.cell;
     cell.label = row.label;
@@ -71,7 +73,7 @@ TableOptions table_options(const ExperimentConfig& config) {
   return options;
 }
 
-Report make_report(const std::filesystem::path& folder) {
+Report make_report(const std::filesystem::path& folder, ReplicatePictures pictures) {
   const std::filesystem::path config = folder / "config.resolved.json";
   const std::filesystem::path plan = folder / "plan.lock.json";
   const std::filesystem::path measurements = folder / "measurements.csv";
@@ -108,7 +110,7 @@ Report make_report(const std::filesystem::path& folder) {
     report.config.baseline = first->label;
   }
   report.tables = make_tables(report.rows, table_options(report.config));
-  add_replicates(folder, report);
+  add_replicates(folder, pictures, report);
   return report;
 }
 

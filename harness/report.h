@@ -23,10 +23,16 @@ struct Report {
 /// How an experiment's tables are made.
 TableOptions table_options(const ExperimentConfig& config);
 
+/// What becomes of the standard deviation and bias of pictures of single runs.
+enum class ReplicatePictures {
+  Write,  ///< as images/...-stddev.exr: they are at hand here, and large
+  Leave,  ///< nothing is written
+};
+
 /// Reads a result folder: config.resolved.json, plan.lock.json, measurements.csv and, where they
-/// are, the pictures of single runs, whose standard deviation it writes as pictures. A file that is
+/// are, the pictures of single runs. A file that is
 /// missing or malformed is named in Report::missing, and the rest is reported.
 /// @throws InputError when the folder has none of the files
-Report make_report(const std::filesystem::path& folder);
+Report make_report(const std::filesystem::path& folder, ReplicatePictures pictures);
 
 }  // namespace penumbra

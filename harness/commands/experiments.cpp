@@ -217,7 +217,7 @@ int run_command(const RunCommandOptions& options) {
   Experiment experiment(std::move(config), run_options);
   const RunOutcome outcome = experiment.run();
 
-  const Report report = make_report(run_options.out);
+  const Report report = make_report(run_options.out, ReplicatePictures::Write);
   write_tables(run_options.out, report.tables);
   const std::filesystem::path page = write_page(run_options.out, report, {});
   show_report(report, options.json);

@@ -7,7 +7,8 @@
 namespace penumbra {
 
 int figure_command(const FigureCommandOptions& options) {
-  write_figure(options.folder, make_report(options.folder), options.figure);
+  write_figure(options.folder, make_report(options.folder, ReplicatePictures::Leave),
+               options.figure);
   fmt::print("figure: {}\n", options.figure.out.string());
   return kSuccess;
 }

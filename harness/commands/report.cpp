@@ -23,13 +23,13 @@ void show_report(const Report& report, bool json) {
 
 int report_command(const ReportOptions& options) {
   const std::filesystem::path& folder = options.folder;
-  const Report report = make_report(folder);
+  const Report report = make_report(folder, ReplicatePictures::Write);
+  if (report.is_run) write_tables(folder, report.tables);  // the page names their sizes
   const std::filesystem::path page = write_page(folder, report, {options.embed});
   if (!report.is_run) {
     fmt::print("report: {}\n", page.string());
     return kSuccess;
   }
-  write_tables(folder, report.tables);
   show_report(report, options.json);
   if (options.json) return kSuccess;
   fmt::print("table: {}\nreport: {}\n", (folder / "efficiency.md").string(), page.string());

@@ -160,6 +160,10 @@ TEST_F(ReportCommand, FigureIsAPngSvgOrPdf) {
   run_checkerboard("figure");
   const std::vector<std::pair<std::string, std::string>> heads = {
       {"png", "\x89PNG"}, {"svg", "<?xml"}, {"pdf", "%PDF"}};
+  fs::remove_all(root_ / "out/images");
+  EXPECT_EQ(run("figure out --scene checkerboard -o f.png").code, 2) << "no pictures";
+  EXPECT_FALSE(fs::exists(root_ / "out/images")) << "a figure writes itself only";
+  ASSERT_EQ(run("run report.json --out out").code, 0);
   for (const auto& [extension, head] : heads) {
     const Outcome outcome =
         run("figure out --scene checkerboard --crop squares --crop 0,0,20,10 -o f." + extension);
