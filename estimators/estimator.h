@@ -9,6 +9,7 @@
 
 #include "estimators/params.h"
 #include "estimators/record.h"
+#include "estimators/stage_clock.h"
 #include "scenes/core/frame.h"
 #include "scenes/core/sampler.h"
 #include "scenes/core/scene.h"
@@ -91,6 +92,7 @@ struct TileOutput {
   std::span<float> maps;    ///< [pixel][estimate][maps()], or empty when maps are not asked for
   EstimateCounters counters;
   EstimateRecorder* recorder{nullptr};  ///< nullptr unless a pixel is replayed
+  StageClock* clock{nullptr};           ///< nullptr unless stages are timed
 };
 
 /// One estimator with its scratch memory; one object per thread.
@@ -104,7 +106,8 @@ struct TileOutput {
 ///  only;
 ///  - information is shared only inside the tile;
 ///  - at most (initial + adaptive) x lights samples per estimate on average;
-///  - no allocation (but for a recorder), lock, clock, print or exception inside;
+///  - no allocation (but for a recorder), lock, clock (but the one given), print or exception
+///  inside;
 ///  - results are never clamped, skipped or replaced.
 class Estimator {
  public:

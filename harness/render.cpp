@@ -105,6 +105,7 @@ class Job {
     TileOutput out;
     out.radiance = std::span(worker.radiance).first(tile.estimate_count());
     out.maps = std::span(worker.maps).first(tile.estimate_count() * result_.map_infos.size());
+    out.clock = settings_.clock;
     worker.estimator->estimate(tile, settings_.seed, out);
     worker.counters += out.counters;
     for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) store_pixel(tile, pixel, out, worker);
@@ -179,6 +180,7 @@ std::string RenderResult::radiance_hash() const {
 RenderResult render(const Scene& scene, const ShadingPoints& points,
                     const RenderSettings& settings) {
   PN_CHECK(settings.spp >= points.camera_samples, "every camera sample gets an estimate");
+  PN_CHECK(settings.clock == nullptr || settings.threads == 1, "a clock is for one thread");
   RenderResult result;
   Job job(scene, points, settings, result);
   job.run();

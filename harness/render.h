@@ -21,6 +21,7 @@ struct RenderSettings {
   bool maps{false};  ///< also the estimator's maps, which costs time
   /// In all threads that estimate. The choice shows in no digit of a picture.
   Denormals denormals{Denormals::Flushed};
+  StageClock* clock{nullptr};  ///< is told of stages; only with one thread
 };
 
 /// A non-finite or negative estimate; never hidden.

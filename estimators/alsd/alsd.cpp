@@ -68,10 +68,12 @@ class Alsd final : public Estimator {
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {
     mixture_.counters() = {};
+    mixture_.set_clock(out.clock);
     for (int y = 0; y < tile.height; y += kBlockSide) {
       for (int x = 0; x < tile.width; x += kBlockSide) one_block(tile, seed, x, y, out);
     }
     mixture_.counters().iterations = mixture_.counters().estimates;
+    mixture_.enter(EstimateStage::Outside);
     out.counters += mixture_.counters();
   }
 
@@ -89,9 +91,11 @@ class Alsd final : public Estimator {
                      [&](const StreamKey& key) { return first_estimate(key, i); });
       }
     }
+    mixture_.enter(EstimateStage::Adapt);
     evidence_.finish();
     for (int i = 0; i < width * height; ++i) {
       const int pixel = (y0 + i / width) * tile.width + x0 + i % width;
+      mixture_.enter(EstimateStage::Adapt);
       if (learns_) evidence_.probabilities(i, pmf_);
       write_maps(tile, pixel, out);
       for (int s = first_pass; s < tile.spp; ++s) {
@@ -107,6 +111,7 @@ class Alsd final : public Estimator {
     std::fill(pmf.begin(), pmf.end(), 1.0 / static_cast<double>(lights));
     const RgbSum sum = chosen_lights_estimate(mixture_, budget_, key, pmf, counts_, expected_);
     if (learns_) {
+      mixture_.enter(EstimateStage::Adapt);
       evidence_.add_estimate(pixel_in_block, mixture_, expected_,
                              budget_.srl() * static_cast<int>(lights));
     }
@@ -116,6 +121,7 @@ class Alsd final : public Estimator {
   Rgb second_estimate(const StreamKey& key) noexcept {
     const auto lights = static_cast<std::size_t>(mixture_.active_lights());
     const std::span<double> pmf = std::span(chosen_).first(lights);
+    mixture_.enter(EstimateStage::Adapt);
     // The pixel's probabilities, over the lights that can contribute at this point.
     double total = 0.0;
     for (std::size_t l = 0; l < lights; ++l) {

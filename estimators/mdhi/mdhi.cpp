@@ -108,6 +108,7 @@ class Mdhi final : public Estimator {
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {
     counters_ = {};
+    clock_ = out.clock;
     std::size_t i = 0;
     for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) {
       for (int s = 0; s < tile.spp; ++s, ++i) {
@@ -119,6 +120,7 @@ class Mdhi final : public Estimator {
         out.radiance[i] = Rgb(0.0f);
         if (!point.valid()) continue;
         const SurfaceValues* const surface = tile.surface(pixel, s);
+        enter_stage(clock_, EstimateStage::SetUp);
         ++counters_.estimates;
         EstimateRecord* record = out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr;
         charts_.set_up(point, surface);
@@ -130,11 +132,13 @@ class Mdhi final : public Estimator {
         if (record != nullptr) write_record(*record);
       }
     }
+    enter_stage(clock_, EstimateStage::Outside);
     out.counters += counters_;
   }
 
  private:
   Rgb one_point(StreamKey key) noexcept {
+    enter_stage(clock_, EstimateStage::Adapt);
     const std::size_t lights = charts_.active_lights();
     tree_.reset(charts_.size());
     samples_.clear();
@@ -144,6 +148,7 @@ class Mdhi final : public Estimator {
     if (steps > 0) draw_adaptive(key, steps);
     counters_.samples += samples_.size();
     counters_.iterations += steps;
+    enter_stage(clock_, EstimateStage::Weigh);
     reconstruct();
     RgbSum sum(0.0);
     for (std::size_t i = 0; i < samples_.size(); ++i) sum += tree_.value(i) * weights_[i];
@@ -152,6 +157,7 @@ class Mdhi final : public Estimator {
 
   // All charts' first samples in one batch; they enter the tree when their values are known.
   void draw_initial(StreamKey key, std::size_t total) noexcept {
+    enter_stage(clock_, EstimateStage::Sample);
     key.iteration = 0;
     rays_.clear();
     VariateBlock variates;
@@ -178,6 +184,7 @@ class Mdhi final : public Estimator {
     for (std::uint32_t step = 0; step < steps; ++step) {
       const std::size_t leaf = tree_.worst_leaf();
       const Vec2 u = best_candidate(points, step, leaf);
+      enter_stage(clock_, EstimateStage::Sample);
       rays_.clear();
       add_sample(tree_.leaves()[leaf].chart, static_cast<int>(step) + 1, u);
       trace(samples_.size() - 1);
@@ -209,7 +216,9 @@ class Mdhi final : public Estimator {
 
   // Traces the rays of samples [first, end).
   void trace(std::size_t first) noexcept {
+    enter_stage(clock_, EstimateStage::Trace);
     scene_->intersect(rays_);
+    enter_stage(clock_, EstimateStage::Sample);
     counters_.rays += rays_.size();
     counters_.untraced += rays_.untraced();
     std::size_t ray = 0;
@@ -225,6 +234,7 @@ class Mdhi final : public Estimator {
                  scene_->lights()[static_cast<std::size_t>(light)].radiance_along(sample.point.wi);
       counters_.lit += is_black(sample.f) ? 0u : 1u;
     }
+    enter_stage(clock_, EstimateStage::Adapt);
   }
 
   // Integrand over the square.
@@ -300,6 +310,7 @@ class Mdhi final : public Estimator {
   RayBatch rays_;
   AnisotropicCells cells_;
   EstimateCounters counters_;
+  StageClock* clock_{nullptr};
 
   // Of the current point.
   std::vector<Sample> samples_;  // numbered as in the tree

@@ -64,6 +64,7 @@ void estimate_one(Mixture& mixture, const Tile& tile, std::uint64_t seed, int pi
   out.radiance[i] = Rgb(0.0f);
   const ShadingPoint& point = tile.point(pixel, s);
   if (!point.valid()) return;
+  mixture.enter(EstimateStage::SetUp);
   ++mixture.counters().estimates;
   mixture.set_up(point, tile.surface(pixel, s),
                  out.recorder != nullptr ? out.recorder->begin(pixel, s) : nullptr);
@@ -83,6 +84,7 @@ template <typename BeforePoint, typename OnePoint>
 void estimate_tile(Mixture& mixture, const Tile& tile, std::uint64_t seed, TileOutput& out,
                    BeforePoint before_point, OnePoint one_point) noexcept {
   mixture.counters() = {};
+  mixture.set_clock(out.clock);
   std::size_t i = 0;
   for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) {
     for (int s = 0; s < tile.spp; ++s, ++i) {
@@ -90,6 +92,7 @@ void estimate_tile(Mixture& mixture, const Tile& tile, std::uint64_t seed, TileO
       estimate_one(mixture, tile, seed, pixel, s, out, one_point);
     }
   }
+  mixture.enter(EstimateStage::Outside);
   out.counters += mixture.counters();
 }
 

@@ -133,6 +133,7 @@ void Mixture::restrict_to_light(int i) noexcept {
 }
 
 void Mixture::draw(SamplerKind sampler, StreamKey key, std::span<const int> counts) noexcept {
+  enter(EstimateStage::Sample);
   const std::size_t first = size_;
   rays_.clear();
   if (record_ != nullptr) record_draw(counts);
@@ -143,6 +144,7 @@ void Mixture::draw(SamplerKind sampler, StreamKey key, std::span<const int> coun
   keep_block();
   const bool selects = restricted_ || densities_ == Densities::Own;
   (this->*(selects ? trace_selected_ : trace_all_))(first);
+  enter(EstimateStage::Weigh);
 }
 
 // Streams: a light's scene index; then all lights as one or the BSDF for all lights; the cone; the
@@ -345,7 +347,9 @@ std::int32_t Mixture::light_met(std::size_t sample, const RayHit& hit,
 // kSelects      not all light counts for all samples
 template <bool kEnvironment, bool kSelects>
 void Mixture::trace(std::size_t first) noexcept {
+  enter(EstimateStage::Trace);
   scene_->intersect(rays_);
+  enter(EstimateStage::Sample);
   counters_.rays += rays_.size();
   counters_.untraced += rays_.untraced();
   const std::span<const Light> lights = scene_->lights();

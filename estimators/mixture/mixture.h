@@ -125,6 +125,11 @@ class Mixture {
 
   EstimateCounters& counters() noexcept { return counters_; }
 
+  /// Names the clock that is told of stages from now on; nullptr: none. `draw` leaves it at
+  /// EstimateStage::Weigh.
+  void set_clock(StageClock* clock) noexcept { clock_ = clock; }
+  void enter(EstimateStage stage) noexcept { enter_stage(clock_, stage); }
+
   /// The record given to set_up, with the iterations and samples drawn so far; or nullptr.
   EstimateRecord* record() noexcept { return record_; }
   /// States the weight of sample i in the record; nothing without one.
@@ -217,6 +222,7 @@ class Mixture {
   ExactLight exact_;
 
   EstimateCounters counters_;
+  StageClock* clock_{nullptr};
   EstimateRecord* record_{nullptr};
   std::vector<std::size_t> record_index_;                       // [sample]
   std::array<std::size_t, kBlock + kLaneGroup> record_lane_{};  // [lane of the block at hand]

@@ -150,6 +150,7 @@ class PmcHi final : public Estimator {
   }
 
   Rgb one_point(StreamKey key) noexcept {
+    mixture_.enter(EstimateStage::Adapt);
     const int lights = mixture_.active_lights();
     const bool with_cone = needs_cone();
     const int count = adaptive_iterations(lights, mixture_.light_components(), with_cone) + 1;
@@ -166,11 +167,13 @@ class PmcHi final : public Estimator {
         kernel_.next(key, it.n);
       }
       run(key, static_cast<std::size_t>(t), it);
+      mixture_.enter(EstimateStage::Adapt);
       // A last adaptation is wasted unless the maps want its weights.
       if (t + 1 == count && (map_.empty() || t >= kMapIteration)) break;
       kernel_.learn(mixture_, it.first, weights_of(it));
       if (!map_.empty() && t < kMapIteration) record_weights();
     }
+    mixture_.enter(EstimateStage::Weigh);
     mixture_.counters().iterations += static_cast<std::uint64_t>(count);
     if (!map_.empty()) record_shares(initial_rays + adaptive_rays);
     return narrow(combine(settings_.combine, mixture_,

@@ -1,50 +1,16 @@
 #include "scenes/core/ray_batch.h"
 
-// The only file that includes Embree. Versions 3 and 4 differ in the header's folder and in the
-// last arguments of the queries; see IntersectCall.
-#if PENUMBRA_EMBREE_MAJOR >= 4
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
-
 #include <algorithm>
 #include <atomic>
-#include <limits>
 #include <string>
 
+#include "scenes/core/embree_calls.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
 namespace {
 
 constexpr int kLanes = 8;
-
-// Embree's traversal relies on it: what is not finite overflows its stack, and a ray without a
-// direction meets everything and nothing. Products with 0 are 0 exactly where all are finite.
-bool is_traceable(const Vec3& origin, const Vec3& direction) noexcept {
-  const Vec3 zeros = origin * 0.0f + direction * 0.0f;
-  const bool has_direction = (direction.x != 0.0f) | (direction.y != 0.0f) | (direction.z != 0.0f);
-  return (zeros.x + zeros.y + zeros.z == 0.0f) & has_direction;
-}
-
-struct IntersectCall {
-#if PENUMBRA_EMBREE_MAJOR >= 4
-  RTCIntersectArguments arguments;
-  IntersectCall() noexcept { rtcInitIntersectArguments(&arguments); }
-  void packet(const int* valid, RTCScene scene, RTCRayHit8* rays) noexcept {
-    rtcIntersect8(valid, scene, rays, &arguments);
-  }
-  void single(RTCScene scene, RTCRayHit* ray) noexcept { rtcIntersect1(scene, ray, &arguments); }
-#else
-  RTCIntersectContext context;
-  IntersectCall() noexcept { rtcInitIntersectContext(&context); }
-  void packet(const int* valid, RTCScene scene, RTCRayHit8* rays) noexcept {
-    rtcIntersect8(valid, scene, &context, rays);
-  }
-  void single(RTCScene scene, RTCRayHit* ray) noexcept { rtcIntersect1(scene, &context, ray); }
-#endif
-};
 
 // What a query for crossings hands to the filter function. Its first member is what Embree passes
 // on.
@@ -163,7 +129,7 @@ struct RayScene::Impl {
   }
 };
 
-RayScene::RayScene(Query query) : impl_(std::make_unique<Impl>()) {
+RayScene::RayScene(Query query, Precision precision) : impl_(std::make_unique<Impl>()) {
   impl_->query = query;
   impl_->device = rtcNewDevice(nullptr);
   if (impl_->device == nullptr) {
@@ -173,9 +139,7 @@ RayScene::RayScene(Query query) : impl_(std::make_unique<Impl>()) {
   rtcSetDeviceErrorFunction(impl_->device, throw_embree_error, nullptr);
   rtcSetDeviceMemoryMonitorFunction(impl_->device, Impl::count_memory, impl_.get());
   impl_->scene = rtcNewScene(impl_->device);
-  // Watertight edges and no hits lost far from the origin; fast mode misses 12 to 20 % of rays
-  // there.
-  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
+  if (precision == Precision::Robust) rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
 }
 
 RayScene::~RayScene() {
@@ -246,15 +210,9 @@ void RayScene::intersect(RayBatch& batch) const noexcept {
       packet.ray.dir_x[lane] = batch.dx[i];
       packet.ray.dir_y[lane] = batch.dy[i];
       packet.ray.dir_z[lane] = batch.dz[i];
-      packet.ray.tnear[lane] = 0.0f;
-      packet.ray.tfar[lane] = std::numeric_limits<float>::infinity();
-      packet.ray.time[lane] = 0.0f;
-      packet.ray.mask[lane] = 0xffffffffu;
-      packet.ray.flags[lane] = 0;
-      packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
-      packet.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+      set_unbounded(packet, lane);
     }
-    call.packet(valid, impl_->scene, &packet);
+    call.trace(valid, impl_->scene, packet);
     for (std::size_t lane = 0; lane < kLanes && first + lane < count; ++lane) {
       RayHit& hit = batch.hits[first + lane];
       hit.geometry = packet.hit.geomID[lane];
@@ -285,13 +243,7 @@ void RayScene::for_each_crossing(const Vec3& origin, const Vec3& direction, Visi
   RTCRayHit ray;
   ray.ray.org_x = origin.x, ray.ray.org_y = origin.y, ray.ray.org_z = origin.z;
   ray.ray.dir_x = direction.x, ray.ray.dir_y = direction.y, ray.ray.dir_z = direction.z;
-  ray.ray.tnear = 0.0f;
-  ray.ray.tfar = std::numeric_limits<float>::infinity();
-  ray.ray.time = 0.0f;
-  ray.ray.mask = 0xffffffffu;
-  ray.ray.flags = 0;
-  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  set_unbounded(ray);
   CrossingContext query;
   query.visit = visit;
   query.self = self;
@@ -301,6 +253,8 @@ void RayScene::for_each_crossing(const Vec3& origin, const Vec3& direction, Visi
 std::size_t RayScene::memory_bytes() const noexcept {
   return static_cast<std::size_t>(impl_->bytes.load());
 }
+
+void* RayScene::embree_scene() const noexcept { return impl_->scene; }
 
 std::string RayScene::version() { return "Embree " RTC_VERSION_STRING; }
 

@@ -112,6 +112,8 @@ Vec3 interpolated_normal(const SurfaceGeometry& mesh, const RayHit& hit) noexcep
 
 Scene::Scene(SceneDescription description, const SceneOptions& options)
     : name_(description.name),
+      rays_(RayScene::Query::Closest,
+            options.fast_rays ? RayScene::Precision::Fast : RayScene::Precision::Robust),
       content_hash_(penumbra::content_hash(description)),
       keep_all_(options.keep_all) {
   const SceneDescription scene = normalised(std::move(description), traits_);

@@ -43,6 +43,8 @@ struct SceneOptions {
   /// Builds every part whether the scene needs it or not, and lets estimators sample components
   /// that can not contribute: what leaving out is compared with. The true image is the same.
   bool keep_all{false};
+  /// Traces with Embree's fast flags instead of the robust ones, to measure what those cost.
+  bool fast_rays{false};
 };
 
 /// A loaded scene: immutable and shared by all threads. Geometry is recentred and rescaled in
@@ -92,6 +94,7 @@ class Scene {
     if (recorder_ != nullptr) recorder_->batches.push_back(batch);
     rays_.intersect(batch);
   }
+  const RayScene& rays() const noexcept { return rays_; }
   /// Starts (or with nullptr ends) recording; only while a single thread traces. For `penumbra
   /// inspect`.
   void set_recorder(RayRecorder* recorder) noexcept { recorder_ = recorder; }
