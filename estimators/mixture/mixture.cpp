@@ -139,7 +139,7 @@ void Mixture::draw(SamplerKind sampler, StreamKey key, std::span<const int> coun
   if (record_ != nullptr) record_draw(counts);
   for (int k = 0; k < components(); ++k) {
     const int count = counts[static_cast<std::size_t>(k)];
-    if (count > 0) draw_component(sampler, stream(key, k), k, count);
+    if (count > 0) draw_points(sampler, stream(key, k), k, count);
   }
   keep_block();
   const bool selects = restricted_ || densities_ == Densities::Own;
@@ -163,8 +163,8 @@ StreamKey Mixture::stream(StreamKey key, int component) const noexcept {
   return key;
 }
 
-void Mixture::draw_component(SamplerKind sampler, const StreamKey& key, int component,
-                             int count) noexcept {
+void Mixture::draw_points(SamplerKind sampler, const StreamKey& key, int component,
+                          int count) noexcept {
   counters_.samples += static_cast<std::uint64_t>(count);
   const auto total = static_cast<std::uint32_t>(count);
   const PointSet points(sampler, key, total);
@@ -173,35 +173,48 @@ void Mixture::draw_component(SamplerKind sampler, const StreamKey& key, int comp
       is_light ? lights_as_one_ || proposal(component).uses_choice() : bsdf_.uses_choice();
   for (std::uint32_t done = 0; done < total;) {
     if (drawn_.count == kBlock) keep_block();
-    const std::uint32_t n =
-        std::min(total - done, static_cast<std::uint32_t>(kBlock - drawn_.count));
-    points.fill(done, n, with_choice, drawn_.variates);
-    std::fill_n(drawn_.component.begin() + static_cast<std::ptrdiff_t>(drawn_.count), n, component);
+    const auto at = static_cast<std::uint32_t>(drawn_.count);
+    const std::uint32_t n = std::min(total - done, static_cast<std::uint32_t>(kBlock) - at);
+    points.fill(done, n, with_choice, drawn_.variates, at);
+    std::fill_n(drawn_.component.begin() + at, n, component);
     drawn_.lights_only = drawn_.lights_only && is_light;
-    if (component == cone_component()) {
-      draw_cone(n);
-    } else if (component == bsdf_component()) {
-      draw_bsdf(n);
-    } else if (lights_as_one_) {
-      draw_any_light(n);
-    } else {
-      draw_light(proposal(component), n);
-    }
+    drawn_.run[drawn_.runs++] = {component, at, n};
     drawn_.count += n;
     done += n;
   }
 }
 
-// The functions draw_... put directions in world and local coordinates, and their own densities
-// except the BSDF's, into the lanes behind the last.
-void Mixture::draw_light(const LightProposal& light, std::size_t count) noexcept {
-  light.sample(drawn_.variates, count, drawn_.count, drawn_.wi, drawn_.own_pdf);
-  to_local(frame_, drawn_.wi, drawn_.count, count, drawn_.wi_local);
+// Turns the points at hand into directions in world and local coordinates, and their own densities
+// except the BSDF's. Run by run, in ascending order: loops over whole groups leave what has no
+// meaning in the lanes of the next.
+void Mixture::draw_directions() noexcept {
+  std::size_t lights = 0;  // lanes of lights, which are the first
+  std::size_t r = 0;
+  for (; r < drawn_.runs && drawn_.run[r].component < light_components(); ++r) {
+    const Run& run = drawn_.run[r];
+    if (lights_as_one_) {
+      draw_any_light(run);
+    } else {
+      proposal(run.component)
+          .sample(drawn_.variates, run.count, run.first, drawn_.wi, drawn_.own_pdf);
+    }
+    lights += run.count;
+  }
+  to_local(frame_, drawn_.wi, 0, lights, drawn_.wi_local);
+  for (; r < drawn_.runs; ++r) {
+    const Run& run = drawn_.run[r];
+    if (run.component == cone_component()) {
+      draw_cone(run);
+    } else {
+      bsdf_.sample(drawn_.variates, run.count, run.first, drawn_.wi_local);
+      to_world(frame_, drawn_.wi_local, run.first, run.count, drawn_.wi);
+    }
+  }
 }
 
-void Mixture::draw_any_light(std::size_t count) noexcept {
+void Mixture::draw_any_light(const Run& run) noexcept {
   const auto n = static_cast<double>(active_.size());
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = run.first; i < run.first + run.count; ++i) {
     Variates v = drawn_.variates[i];
     const float scaled = v.choice * static_cast<float>(n);
     const auto light = std::min(static_cast<std::size_t>(scaled), active_.size() - 1);
@@ -211,27 +224,21 @@ void Mixture::draw_any_light(std::size_t count) noexcept {
     for_each_met(s.wi, [&](std::size_t other) {
       if (other != light) pdf += static_cast<double>(active_[other].pdf_w(s.wi));
     });
-    drawn_.wi.set(drawn_.count + i, s.wi);
-    drawn_.own_pdf[drawn_.count + i] = static_cast<float>(pdf / n);
-    drawn_.light[drawn_.count + i] = static_cast<int>(light);
+    drawn_.wi.set(i, s.wi);
+    drawn_.own_pdf[i] = static_cast<float>(pdf / n);
+    drawn_.light[i] = static_cast<int>(light);
   }
-  to_local(frame_, drawn_.wi, drawn_.count, count, drawn_.wi_local);
 }
 
-void Mixture::draw_bsdf(std::size_t count) noexcept {
-  bsdf_.sample(drawn_.variates, count, drawn_.count, drawn_.wi_local);
-  to_world(frame_, drawn_.wi_local, drawn_.count, count, drawn_.wi);
-}
-
-void Mixture::draw_cone(std::size_t count) noexcept {
+void Mixture::draw_cone(const Run& run) noexcept {
   const Frame about_axis(cone_.axis);
   const float pdf = uniform_cone_pdf_w(cone_.one_minus_cos);
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = run.first; i < run.first + run.count; ++i) {
     const Vec3 local = sample_uniform_cone(drawn_.variates[i].u, cone_.one_minus_cos);
-    drawn_.wi.set(drawn_.count + i, about_axis.to_world(local).normalized());
-    drawn_.own_pdf[drawn_.count + i] = pdf;
+    drawn_.wi.set(i, about_axis.to_world(local).normalized());
+    drawn_.own_pdf[i] = pdf;
   }
-  to_local(frame_, drawn_.wi, drawn_.count, count, drawn_.wi_local);
+  to_local(frame_, drawn_.wi, run.first, run.count, drawn_.wi_local);
 }
 
 // Densities of the light components as far as they are wanted, and in any_light_pdf a number that
@@ -273,18 +280,23 @@ void Mixture::fill_pdf_of_all_as_one() noexcept {
 // else is in the scene.
 std::size_t Mixture::list_survivors() noexcept {
   const Vec3 normal = point_.geometric_normal;
+  Block<std::uint32_t> alive;
+  for (std::size_t i = 0; i < whole_groups(drawn_.count); ++i) {
+    alive[i] = static_cast<std::uint32_t>((drawn_.wi_local.z[i] > 0.0f) &
+                                          (dot(drawn_.wi[i], normal) > 0.0f) &
+                                          (drawn_.any_light_pdf[i] > 0.0f));
+  }
   std::size_t survivors = 0;
   for (std::size_t i = 0; i < drawn_.count; ++i) {
-    const bool alive = (drawn_.wi_local.z[i] > 0.0f) & (dot(drawn_.wi[i], normal) > 0.0f) &
-                       (drawn_.any_light_pdf[i] > 0.0f);
     drawn_.survivors[survivors] = static_cast<std::uint32_t>(i);
-    survivors += alive ? 1u : 0u;
+    survivors += alive[i];
   }
   return survivors;
 }
 
 // Turns the directions at hand into samples and rays.
 void Mixture::keep_block() noexcept {
+  draw_directions();
   fill_light_pdfs();
   const std::size_t survivors = list_survivors();
   if (record_ != nullptr) record_block();
@@ -319,6 +331,7 @@ void Mixture::keep_block() noexcept {
     ++size_;
   }
   drawn_.count = 0;
+  drawn_.runs = 0;
   drawn_.lights_only = true;
 }
 

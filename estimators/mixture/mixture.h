@@ -142,11 +142,11 @@ class Mixture {
  private:
   void list_active_lights(const ShadingPoint& point) noexcept;
   StreamKey stream(StreamKey key, int component) const noexcept;
-  void draw_component(SamplerKind sampler, const StreamKey& key, int component, int count) noexcept;
-  void draw_light(const LightProposal& light, std::size_t count) noexcept;
-  void draw_any_light(std::size_t count) noexcept;
-  void draw_bsdf(std::size_t count) noexcept;
-  void draw_cone(std::size_t count) noexcept;
+  void draw_points(SamplerKind sampler, const StreamKey& key, int component, int count) noexcept;
+  void draw_directions() noexcept;
+  struct Run;
+  void draw_any_light(const Run& run) noexcept;
+  void draw_cone(const Run& run) noexcept;
   void fill_light_pdfs() noexcept;
   void fill_pdf_of_all_as_one() noexcept;
   void fill_pdfs_of_many() noexcept;
@@ -187,10 +187,18 @@ class Mixture {
   bool restricted_{false};
   Cone cone_;
 
+  // Neighbouring lanes of one component.
+  struct Run {
+    int component{0};
+    std::uint32_t first{0}, count{0};
+  };
+
   // The directions at hand, lane by lane: drawn, then thinned out to those that can contribute.
   struct Drawn {
     std::size_t count{0};
-    bool lights_only{true};  // no direction of another component
+    std::size_t runs{0};
+    std::array<Run, kBlock> run;  // by component
+    bool lights_only{true};       // no direction of another component
     VariateBlock variates;
     VectorBlock wi, wi_local;
     Block<float> own_pdf{}, any_light_pdf{};

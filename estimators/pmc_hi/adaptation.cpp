@@ -35,20 +35,21 @@ void largest_remainder(std::span<const double> alpha, int total, const StreamKey
   // Each remaining sample goes to the component that is owed most; among equals, to the one that a
   // random ranking puts first, so that every one of them is equally likely. What is owed adds up to
   // at least 1, so a component of weight 0 is never the one.
-  std::uint32_t bits = 0;
-  bool drawn = false;
+  const auto owed = [&](std::size_t k) { return total * alpha[k] - counts[k]; };
   for (; assigned < total; ++assigned) {
-    std::size_t best = 0;
     double most_owed = 0.0;
+    for (std::size_t k = 0; k < alpha.size(); ++k) most_owed = std::max(most_owed, owed(k));
+    std::size_t equals = 0;
+    std::size_t best = 0;
     for (std::size_t k = 0; k < alpha.size(); ++k) {
-      const double owed = total * alpha[k] - counts[k];
-      if (owed > most_owed + kTie) {
-        most_owed = owed;
-        best = k;
-      } else if (owed >= most_owed - kTie && owed > kTie) {
-        if (!drawn) bits = random_bits(key);
-        drawn = true;
-        if (tie_rank(bits, k) > tie_rank(bits, best)) best = k;
+      const bool equal = owed(k) >= most_owed - kTie;
+      best = equal ? k : best;
+      equals += equal ? 1 : 0;
+    }
+    if (equals > 1) {
+      const std::uint32_t bits = random_bits(key);
+      for (std::size_t k = 0; k < best; ++k) {
+        if (owed(k) >= most_owed - kTie && tie_rank(bits, k) > tie_rank(bits, best)) best = k;
       }
     }
     ++counts[best];
@@ -129,31 +130,34 @@ double half_angle(BetaRule rule, double depth, double mean_square_angle) noexcep
   return 0.0;
 }
 
-}  // namespace
+// Below so many components, a search of the largest per sample is faster than a bisection.
+constexpr std::size_t kFewComponents = 16;
 
-void round_counts(Rounding rounding, std::span<const double> alpha, int total, StreamKey key,
-                  std::span<int> counts) noexcept {
-  key.component = kRoundingComponent;
-  switch (rounding) {
-    case Rounding::LargestRemainder:
-      return largest_remainder(alpha, total, key, counts);
-    case Rounding::Systematic:
-      return systematic_counts(alpha, total, unit(random_bits(key)), counts);
-    case Rounding::Multinomial:
-      return multinomial(alpha, total, key, counts);
+// What raise_to_minimum says, sample by sample. The first of equals gives.
+void take_from_largest(std::span<int> counts, int minimum) noexcept {
+  const std::size_t cone = counts.size() - 1;
+  for (std::size_t k = 0; k < cone; ++k) {
+    for (; counts[k] < minimum; ++counts[k]) {
+      std::size_t giver = counts.size();
+      int most = 0;
+      for (std::size_t g = 0; g <= cone; ++g) {
+        const bool gives = counts[g] > most && counts[g] > (g == cone ? 0 : minimum);
+        giver = gives ? g : giver;
+        most = gives ? counts[g] : most;
+      }
+      PN_ASSERT(giver <= cone);  // check_budget refuses such totals
+      if (giver > cone) return;
+      --counts[giver];
+    }
   }
 }
 
-// Taking one at a time from the largest, the first of equals, lowers all givers to a common level
-// and the first of them by one more. The level comes by bisection: with many components, most of
-// them below the minimum, one search of the largest per sample would cost the square of their
-// number.
-void raise_to_minimum(std::span<int> counts, int minimum) noexcept {
+// The same for many components, most of them below the minimum, where a search per sample would
+// cost the square of their number: all givers end at a common level, the first of them one below.
+// @param wanted  what those below the minimum lack, > 0
+void lower_to_level(std::span<int> counts, int minimum, std::int64_t wanted) noexcept {
   const std::size_t cone = counts.size() - 1;
   const auto lowest = [&](std::size_t k) { return k == cone ? 0 : minimum; };
-  std::int64_t wanted = 0;
-  for (std::size_t k = 0; k < cone; ++k) wanted += std::max(0, minimum - counts[k]);
-  if (wanted == 0) return;
   // What lowering to a level sets free.
   const auto given = [&](int level) {
     std::int64_t sum = 0;
@@ -188,6 +192,30 @@ void raise_to_minimum(std::span<int> counts, int minimum) noexcept {
       --rest;
     }
   }
+}
+
+}  // namespace
+
+void round_counts(Rounding rounding, std::span<const double> alpha, int total, StreamKey key,
+                  std::span<int> counts) noexcept {
+  key.component = kRoundingComponent;
+  switch (rounding) {
+    case Rounding::LargestRemainder:
+      return largest_remainder(alpha, total, key, counts);
+    case Rounding::Systematic:
+      return systematic_counts(alpha, total, unit(random_bits(key)), counts);
+    case Rounding::Multinomial:
+      return multinomial(alpha, total, key, counts);
+  }
+}
+
+void raise_to_minimum(std::span<int> counts, int minimum) noexcept {
+  const std::size_t cone = counts.size() - 1;
+  std::int64_t wanted = 0;
+  for (std::size_t k = 0; k < cone; ++k) wanted += std::max(0, minimum - counts[k]);
+  if (wanted == 0) return;
+  if (counts.size() <= kFewComponents) return take_from_largest(counts, minimum);
+  lower_to_level(counts, minimum, wanted);
 }
 
 Cone fit_cone(const Mixture& mixture, std::size_t first, std::span<const double> weights,

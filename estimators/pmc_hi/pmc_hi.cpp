@@ -150,9 +150,9 @@ class PmcHi final : public Estimator {
   }
 
   Rgb one_point(StreamKey key) noexcept {
-    mixture_.enter(EstimateStage::Adapt);
     const int lights = mixture_.active_lights();
     const bool with_cone = needs_cone();
+    mixture_.enter(EstimateStage::Adapt);
     const int count = adaptive_iterations(lights, mixture_.light_components(), with_cone) + 1;
     const int initial_rays = (settings_.adapt ? budget_.srl_initial : budget_.srl()) * lights;
     const int adaptive_rays = count > 1 ? budget_.srl_adaptive * lights : 0;
@@ -198,6 +198,8 @@ class PmcHi final : public Estimator {
                 coefficients_.begin() + static_cast<std::ptrdiff_t>(t * max_components_));
     }
     mixture_.mixture_pdfs_w(it.first, kernel_.coefficients(), density_);
+    RgbSum sum(0.0);
+    double square_sum = 0.0;
     for (std::size_t i = it.first; i < mixture_.size(); ++i) {
       weights_[i] = 0.0;
       if (is_black(mixture_.f(i))) continue;
@@ -208,10 +210,12 @@ class PmcHi final : public Estimator {
       }
       const RgbSum weight = widen(mixture_.f(i)) * (1.0 / k);
       weights_[i] = luminance(weight);
-      it.sum += weight;
-      it.square_sum += weights_[i] * weights_[i];
+      sum += weight;
+      square_sum += weights_[i] * weights_[i];
       mixture_.record_weight(i, 1.0 / k);
     }
+    it.sum = sum;
+    it.square_sum = square_sum;
   }
 
   // The learned weights before floors, at the places of the scene's lights; 0 for lights left out

@@ -275,7 +275,7 @@ void BoundBsdf::sample(const VariateBlock& variates, std::size_t count, std::siz
                        VectorBlock& __restrict wi) const noexcept {
   if (bsdf_.type_ == BsdfType::Phong) {
     for (std::size_t i = 0; i < count; ++i) {
-      wi.set(at + i, sample(variates[i]).value_or(Vec3(0.0f)));
+      wi.set(at + i, sample(variates[at + i]).value_or(Vec3(0.0f)));
     }
     return;
   }
@@ -287,7 +287,7 @@ void BoundBsdf::sample(const VariateBlock& variates, std::size_t count, std::siz
   const float p = glossy_probability_;
   if (p < 1.0f) {
     for (std::size_t i = 0; i < lanes; ++i) {
-      const Vec3 w = sample_cosine_hemisphere({variates.x[i], variates.y[i]});
+      const Vec3 w = sample_cosine_hemisphere({variates.x[at + i], variates.y[at + i]});
       wi.x[at + i] = w.x;
       wi.y[at + i] = w.y;
       wi.z[at + i] = w.z;
@@ -297,8 +297,8 @@ void BoundBsdf::sample(const VariateBlock& variates, std::size_t count, std::siz
   const GlossyLobe lobe = glossy();
   const float threshold = p < 1.0f ? p : 2.0f;  // a lone lobe is given no choice
   for (std::size_t i = 0; i < lanes; ++i) {
-    const Vec3 w = lobe.sample(variates.x[i], variates.y[i]);
-    const bool is_glossy = variates.choice[i] < threshold;
+    const Vec3 w = lobe.sample(variates.x[at + i], variates.y[at + i]);
+    const bool is_glossy = variates.choice[at + i] < threshold;
     wi.x[at + i] = is_glossy ? w.x : wi.x[at + i];
     wi.y[at + i] = is_glossy ? w.y : wi.y[at + i];
     wi.z[at + i] = is_glossy ? w.z : wi.z[at + i];

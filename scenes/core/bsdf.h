@@ -86,8 +86,8 @@ class BoundBsdf {
   void evaluate(const VectorBlock& wi_local, std::size_t count, VectorBlock& f_cos,
                 Block<float>& pdf) const noexcept;
 
-  /// `sample` for points [0, count), into the lanes from `at` on; a draw below the horizon has no
-  /// positive z.
+  /// `sample` for the variates of lanes [at, at + count), into the same lanes; a draw below the
+  /// horizon has no positive z.
   void sample(const VariateBlock& variates, std::size_t count, std::size_t at,
               VectorBlock& wi_local) const noexcept;
 

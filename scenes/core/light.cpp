@@ -269,7 +269,7 @@ void LightProposal::sample(const VariateBlock& variates, std::size_t count, std:
   if (mode_ == Mode::RectangleArea) {
     const Rectangle shape = rectangle();
     for (std::size_t i = 0; i < whole_groups(count); ++i) {
-      const LightSample s = shape.sample_area(variates.x[i], variates.y[i]);
+      const LightSample s = shape.sample_area(variates.x[at + i], variates.y[at + i]);
       wi.x[at + i] = s.wi.x;
       wi.y[at + i] = s.wi.y;
       wi.z[at + i] = s.wi.z;
@@ -278,7 +278,7 @@ void LightProposal::sample(const VariateBlock& variates, std::size_t count, std:
     return;
   }
   for (std::size_t i = 0; i < count; ++i) {
-    const LightSample s = sample(variates[i]).value_or(LightSample{});
+    const LightSample s = sample(variates[at + i]).value_or(LightSample{});
     wi.set(at + i, s.wi);
     pdf[at + i] = s.pdf_w;
   }

@@ -141,8 +141,8 @@ class LightProposal {
   /// the light's surface.
   float pdf_w(const Vec3& wi) const noexcept;
 
-  /// `sample` for points [0, count), into the lanes from `at` on. Where there is no direction, wi
-  /// is 0.
+  /// `sample` for the variates of lanes [at, at + count), into the same lanes. Where there is no
+  /// direction, wi is 0.
   void sample(const VariateBlock& variates, std::size_t count, std::size_t at, VectorBlock& wi,
               Block<float>& pdf) const noexcept;
 

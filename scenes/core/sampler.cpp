@@ -134,7 +134,7 @@ inline std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) noex
 }
 
 void scramble_block(const std::uint32_t* reversed, std::size_t count, std::uint32_t seed,
-                    Block<float>& __restrict out) noexcept {
+                    float* __restrict out) noexcept {
   for (std::size_t i = 0; i < whole_groups(count); ++i) {
     out[i] = unit_float(reverse_bits(scramble_reversed(reversed[i], seed)));
   }
@@ -236,7 +236,10 @@ std::uint32_t sobol_fraction(std::uint32_t index, int dimension) noexcept {
 }
 
 PointSet::PointSet(SamplerKind kind, const StreamKey& key, std::uint32_t count) noexcept
-    : kind_(kind), count_(count), key_(key) {
+    : kind_(kind),
+      count_(count),
+      // Member by member: a copy of the whole would wait for the parts that were just written.
+      key_{key.seed, key.pixel, key.estimate, key.iteration, key.component} {
   if (kind == SamplerKind::Independent) return;
   const Words words = philox(key, kSetIndex);
   for (std::size_t d = 0; d < 3; ++d) scramble_[d] = words[d];
@@ -303,21 +306,26 @@ Variates PointSet::sobol(std::uint32_t index) const noexcept {
           unit_float(owen_scramble(sobol_fraction(index, 2), scramble_[2]))};
 }
 
-void PointSet::fill(std::uint32_t first, std::uint32_t count, bool with_choice,
-                    VariateBlock& out) const noexcept {
-  PN_ASSERT(count <= kBlock && first + count <= count_);
+struct PointSet::Lanes {
+  float *x, *y, *choice;
+};
+
+void PointSet::fill(std::uint32_t first, std::uint32_t count, bool with_choice, VariateBlock& out,
+                    std::size_t at) const noexcept {
+  PN_ASSERT(at + count <= kBlock && first + count <= count_);
+  const Lanes lanes{&out.x[at], &out.y[at], &out.choice[at]};
   switch (kind_) {
     case SamplerKind::Independent:
-      return fill_independent(first, count, out);
+      return fill_independent(first, count, lanes);
     case SamplerKind::Stratified:
-      return fill_stratified(first, count, with_choice, out);
+      return fill_stratified(first, count, with_choice, lanes);
     case SamplerKind::Sobol:
-      return fill_sobol(first, count, with_choice, out);
+      return fill_sobol(first, count, with_choice, lanes);
   }
 }
 
 void PointSet::fill_independent(std::uint32_t first, std::uint32_t count,
-                                VariateBlock& out) const noexcept {
+                                const Lanes& out) const noexcept {
   for (std::uint32_t i = 0; i < count; ++i) {
     const Words words = philox(key_, first + i);
     out.x[i] = unit_float(words[0]);
@@ -327,7 +335,7 @@ void PointSet::fill_independent(std::uint32_t first, std::uint32_t count,
 }
 
 void PointSet::fill_stratified(std::uint32_t first, std::uint32_t count, bool with_choice,
-                               VariateBlock& out) const noexcept {
+                               const Lanes& out) const noexcept {
   WordBlock jitter;
   philox_block(key_, first, count, jitter);
   Block<std::uint32_t> stratum;
@@ -340,8 +348,8 @@ void PointSet::fill_stratified(std::uint32_t first, std::uint32_t count, bool wi
     permute_block(first, count, cells, scramble_[0], stratum);
   }
   const Grid cell_grid = grid();
-  float* __restrict x = transposed_ ? out.y.data() : out.x.data();
-  float* __restrict y = transposed_ ? out.x.data() : out.y.data();
+  float* __restrict x = transposed_ ? out.y : out.x;
+  float* __restrict y = transposed_ ? out.x : out.y;
   for (std::uint32_t i = 0; i < lanes; ++i) {
     const Vec2 u = cell_grid.point(stratum[i], jitter.x[i], jitter.y[i]);
     x[i] = u.x;
@@ -350,13 +358,14 @@ void PointSet::fill_stratified(std::uint32_t first, std::uint32_t count, bool wi
   if (!with_choice) return;
   permute_block(first, count, count_, scramble_[1] ^ scramble_[2], stratum);
   const double inv_count = inv_count_;
+  float* __restrict choice = out.choice;
   for (std::uint32_t i = 0; i < lanes; ++i) {
-    out.choice[i] = stratum_float(stratum[i], inv_count, jitter.choice[i]);
+    choice[i] = stratum_float(stratum[i], inv_count, jitter.choice[i]);
   }
 }
 
 void PointSet::fill_sobol(std::uint32_t first, std::uint32_t count, bool with_choice,
-                          VariateBlock& out) const noexcept {
+                          const Lanes& out) const noexcept {
   const auto lanes = static_cast<std::uint32_t>(whole_groups(count));
   WordBlock reversed;
   for (std::uint32_t i = 0; i < lanes; ++i) reversed.x[i] = first + i;

@@ -61,21 +61,23 @@ class PointSet {
   /// @param index  in [0, count)
   Variates operator()(std::uint32_t index) const noexcept;
 
-  /// Points [first, first + count), count <= kBlock, with the same bits as one at a time.
+  /// Points [first, first + count), with the same bits as one at a time, into the lanes from `at`
+  /// on; at + count <= kBlock.
   /// @param with_choice  false leaves `out.choice` alone, for what has nothing to choose
-  void fill(std::uint32_t first, std::uint32_t count, bool with_choice,
-            VariateBlock& out) const noexcept;
+  void fill(std::uint32_t first, std::uint32_t count, bool with_choice, VariateBlock& out,
+            std::size_t at = 0) const noexcept;
 
  private:
   struct Grid;
   Grid grid() const noexcept;
   Variates stratified(std::uint32_t index) const noexcept;
   Variates sobol(std::uint32_t index) const noexcept;
-  void fill_independent(std::uint32_t first, std::uint32_t count, VariateBlock& out) const noexcept;
+  struct Lanes;  // where points go
+  void fill_independent(std::uint32_t first, std::uint32_t count, const Lanes& out) const noexcept;
   void fill_stratified(std::uint32_t first, std::uint32_t count, bool with_choice,
-                       VariateBlock& out) const noexcept;
+                       const Lanes& out) const noexcept;
   void fill_sobol(std::uint32_t first, std::uint32_t count, bool with_choice,
-                  VariateBlock& out) const noexcept;
+                  const Lanes& out) const noexcept;
 
   SamplerKind kind_;
   bool transposed_{false};
