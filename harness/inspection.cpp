@@ -20,7 +20,10 @@
 namespace penumbra {
 namespace {
 
-constexpr int kRepetitions = 5;
+constexpr int kRounds = 3;
+// Of a cost asked for by itself.
+constexpr int kCostRounds = 7;
+constexpr std::array<int, 2> kCostResolution = {120, 68};
 constexpr int kMostSrl = 18;
 // Samples of one rendering, and of one estimate, that are enough to measure.
 constexpr double kSamplesOfRendering = 1e6;
@@ -93,28 +96,13 @@ RenderSettings settings_of(const EstimatorEntry& entry, SamplerKind sampler, int
   return settings;
 }
 
-double estimates_of(const RenderResult& result) {
-  return static_cast<double>(std::max<std::uint64_t>(result.counters.estimates, 1));
+std::string text_of(const Budget& budget) {
+  return budget.srl_adaptive == 0 ? std::to_string(budget.srl_initial)
+                                  : fmt::format("{}-{}", budget.srl_initial, budget.srl_adaptive);
 }
 
-TimeSplit time_split(Scene& scene, const ShadingPoints& points, SamplerKind sampler, int srl) {
-  const RenderSettings settings = settings_of(*find_estimator("mis"), sampler, srl);
-  RayRecorder recorder;
-  scene.set_recorder(&recorder);
-  const RenderResult recorded = render(scene, points, settings);
-  scene.set_recorder(nullptr);
-  std::vector<double> totals;
-  std::vector<double> queries;
-  for (int i = 0; i < kRepetitions; ++i) {
-    totals.push_back(render(scene, points, settings).time_cpu_s);
-    const DenormalMode mode(settings.denormals);
-    const Stopwatch watch;
-    for (RayBatch& batch : recorder.batches) scene.intersect(batch);
-    queries.push_back(watch.cpu_s());
-  }
-  const double estimates = estimates_of(recorded);
-  return {std::string(to_string(sampler)), static_cast<double>(recorded.counters.rays) / estimates,
-          median(totals) / estimates * 1e9, median(queries) / estimates * 1e9};
+double estimates_of(const RenderResult& result) {
+  return static_cast<double>(std::max<std::uint64_t>(result.counters.estimates, 1));
 }
 
 double scratch_bytes(const Scene& scene, const RenderSettings& settings) {
@@ -273,15 +261,26 @@ Inspection inspect_scene(const std::string& scene, bool keep_all) {
       parts_of(*result.scene, kept, result.points, kept_points);
   result.parts.insert(result.parts.end(), parts.begin(), parts.end());
   result.components = components_of(*result.scene, result.points);
-  for (const SamplerKind sampler :
-       {SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol}) {
-    result.splits.push_back(time_split(*result.scene, result.points, sampler, result.srl));
-  }
   for (const EstimatorEntry* entry : all_estimators()) {
     result.estimators.push_back(
         compare(*result.scene, result.points, kept, kept_points, *entry, result.srl));
+    const RenderSettings settings = settings_of(*entry, SamplerKind::Independent, result.srl);
+    result.costs.push_back({std::string(entry->name), text_of(settings.budget),
+                            measure_cost_split(*result.scene, result.points, settings, kRounds)});
   }
   return result;
+}
+
+NamedCost inspect_cost(const std::string& scene, const RenderSettings& settings) {
+  const std::filesystem::path file = scene_path(scene);
+  const auto load = [&](bool fast_rays) {
+    return load_scene(file, kCostResolution, {.keep_all = false, .fast_rays = fast_rays});
+  };
+  const std::unique_ptr<Scene> robust = load(false);
+  const std::unique_ptr<Scene> fast = load(true);
+  const ShadingPoints points = make_shading_points(*robust, settings.spp, kCameraSeed, 16);
+  return {std::string(settings.estimator->name), text_of(settings.budget),
+          measure_cost_split(*robust, points, settings, kCostRounds, fast.get())};
 }
 
 }  // namespace penumbra

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "harness/cost_split.h"
 #include "harness/render.h"
 
 /// What a scene has, what it does not need, and what leaving that out saves: measured against the
@@ -55,27 +56,23 @@ struct InspectedEstimator {
   InspectedWork lean, kept;
 };
 
-/// Where the time of one `mis` estimate goes: its total, and the same rays traced again alone.
-struct TimeSplit {
-  std::string sampler;
-  double rays_per_estimate{0};
-  double total_ns{0};    ///< per estimate
-  double queries_ns{0};  ///< per estimate, inside the bare ray queries
-};
-
 struct Inspection {
   std::unique_ptr<Scene> scene;
   ShadingPoints points;  ///< one per pixel of a small image
   LoadTimes load;
   std::vector<InspectedPart> parts;
   InspectedComponents components;
-  int srl{0};  ///< of `splits`
-  std::vector<TimeSplit> splits;
+  int srl{0};  ///< of `estimators` and `costs`
   std::vector<InspectedEstimator> estimators;
+  std::vector<NamedCost> costs;  ///< independent points
 };
 
 /// @param keep_all  inspect the scene with everything kept; nothing is compared then
 Inspection inspect_scene(const std::string& scene, bool keep_all);
+
+/// Where the time of one estimator goes in a scene.
+/// @param settings  for one thread
+NamedCost inspect_cost(const std::string& scene, const RenderSettings& settings);
 
 /// For people and for machines.
 std::string inspection_text(const Inspection& inspection);

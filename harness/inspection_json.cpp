@@ -95,13 +95,10 @@ nlohmann::ordered_json inspection_json(const Inspection& inspection) {
                                  {"lean", work_json(e.lean)},
                                  {"keep_all", work_json(e.kept)}});
   }
-  for (const TimeSplit& s : inspection.splits) {
-    json["mis_estimate"].push_back({{"sampler", s.sampler},
-                                    {"srl", inspection.srl},
-                                    {"rays", s.rays_per_estimate},
-                                    {"total_ns", s.total_ns},
-                                    {"ray_query_ns", s.queries_ns},
-                                    {"outside_ns", s.total_ns - s.queries_ns}});
+  for (const NamedCost& cost : inspection.costs) {
+    nlohmann::ordered_json row = {{"estimator", cost.estimator}, {"srl", cost.srl}};
+    row.update(cost_split_json(cost.split));
+    json["costs"].push_back(std::move(row));
   }
   return json;
 }

@@ -126,12 +126,8 @@ std::string estimators_text(const Inspection& inspection) {
     text += fmt::format("  {:<10}{} |{}\n", e.name, work(e.lean), work(e.kept));
   }
   text += "  rays/lit: rays traced for one that brings light\n";
-  text += fmt::format("\none estimate of mis at SRL {}, one thread:\n", inspection.srl);
-  for (const TimeSplit& s : inspection.splits) {
-    text += fmt::format(
-        "  {:<12} {:6.0f} ns = {:.0f} ns in ray queries ({:.1f} rays) + {:.0f} ns outside\n",
-        s.sampler, s.total_ns, s.queries_ns, s.rays_per_estimate, s.total_ns - s.queries_ns);
-  }
+  text += "\nwhere the time goes, one thread, independent points\n";
+  text += cost_splits_text(inspection.costs);
   return text;
 }
 

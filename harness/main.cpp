@@ -130,6 +130,16 @@ void add_inspect(CLI::App& app, Options& o) {
   c->add_flag("--keep-all", o.inspect.keep_all,
               "Builds and samples also what the scene does not need");
   c->add_flag("--json", o.inspect.json, "For machines");
+  InspectOptions& inspect = o.inspect;
+  c->add_option("--estimator", inspect.estimator, "Only where the time of this one goes");
+  c->add_option("--srl", inspect.srl, "Of --estimator: A, or A-B (initial-adaptive)")
+      ->capture_default_str();
+  c->add_option("--sampler", inspect.sampler, "Of --estimator: independent, stratified or sobol")
+      ->capture_default_str();
+  c->add_option("--spp", inspect.spp, "Of --estimator: estimates per pixel")->capture_default_str();
+  c->add_option("--set", inspect.params, "Of --estimator: name=value of a parameter; repeatable")
+      ->take_all()
+      ->allow_extra_args(false);
 }
 
 void add_replay(CLI::App& app, Options& o) {

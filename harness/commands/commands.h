@@ -13,6 +13,7 @@ namespace penumbra {
 
 class Experiment;
 struct EfficiencyRow;
+struct RenderSettings;
 
 /// Exit codes of the program (README.md has the table).
 enum ExitCode : int {
@@ -102,10 +103,18 @@ struct RenderOptions {
 };
 int render_command(const RenderOptions& options);
 
+/// @throws InputError naming the option that has no meaning
+RenderSettings render_settings(const RenderOptions& options);
+
 struct InspectOptions {
   std::string scene;
   bool keep_all{false};
   bool json{false};
+  std::string estimator;  ///< only where the time of this one goes; empty: everything
+  std::string srl{"18"};  ///< of `estimator`, as the rest
+  std::string sampler{"independent"};
+  int spp{8};
+  std::vector<std::string> params;  ///< "name=value"
 };
 int inspect_command(const InspectOptions& options);
 

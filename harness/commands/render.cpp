@@ -57,7 +57,23 @@ ParamSet params_of(const EstimatorEntry& entry, const std::vector<std::string>& 
   return params;
 }
 
-RenderSettings settings_of(const RenderOptions& options) {
+Quantity quantity_of(const std::string& name) {
+  if (const std::optional<Quantity> quantity = parse_quantity(name)) return *quantity;
+  throw InputError("--quantity: unknown quantity \"" + name + "\"; allowed: radiance, irradiance");
+}
+
+}  // namespace
+
+std::filesystem::path scene_path(const std::string& scene) {
+  if (std::filesystem::is_regular_file(scene)) return scene;
+  const std::filesystem::path file = project_root() / "scenes" / scene / "scene.json";
+  if (std::filesystem::exists(file)) return file;
+  const std::vector<std::string> names = scene_names(project_root());
+  throw InputError("unknown scene \"" + scene + "\": neither a file nor one of the scenes" +
+                   did_you_mean(scene, names));
+}
+
+RenderSettings render_settings(const RenderOptions& options) {
   const EstimatorEntry& entry = estimator_of(options.estimator);
   const std::optional<SamplerKind> sampler = parse_sampler_kind(options.sampler);
   if (!sampler) {
@@ -93,29 +109,13 @@ RenderSettings settings_of(const RenderOptions& options) {
   return settings;
 }
 
-Quantity quantity_of(const std::string& name) {
-  if (const std::optional<Quantity> quantity = parse_quantity(name)) return *quantity;
-  throw InputError("--quantity: unknown quantity \"" + name + "\"; allowed: radiance, irradiance");
-}
-
-}  // namespace
-
-std::filesystem::path scene_path(const std::string& scene) {
-  if (std::filesystem::is_regular_file(scene)) return scene;
-  const std::filesystem::path file = project_root() / "scenes" / scene / "scene.json";
-  if (std::filesystem::exists(file)) return file;
-  const std::vector<std::string> names = scene_names(project_root());
-  throw InputError("unknown scene \"" + scene + "\": neither a file nor one of the scenes" +
-                   did_you_mean(scene, names));
-}
-
 int render_command(const RenderOptions& options) {
   const std::string extension = options.out.extension().string();
   if (extension != ".exr" && extension != ".png") {
     throw InputError("-o: expected a file ending in .exr or .png, found \"" + options.out.string() +
                      "\"");
   }
-  const RenderSettings settings = settings_of(options);
+  const RenderSettings settings = render_settings(options);
   const Quantity quantity = quantity_of(options.quantity);
   std::optional<std::array<int, 2>> resolution;
   if (options.resolution.size() == 2) resolution = {options.resolution[0], options.resolution[1]};

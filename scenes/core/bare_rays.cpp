@@ -18,28 +18,27 @@ struct Packets {
   };
   std::vector<Item> items;
 
-  explicit Packets(std::span<const RayBatch> batches) {
+  explicit Packets(const RayRecorder& recorded) {
     std::size_t used = kLanes;
-    for (const RayBatch& batch : batches) {
-      for (std::size_t i = 0; i < batch.size(); ++i) {
-        if (!is_traceable(batch.origin(i), batch.direction(i))) continue;
-        if (used == kLanes) {
-          items.push_back({});
-          used = 0;
-        }
-        add(items.back(), used++, batch, i);
+    for (std::size_t i = 0; i < recorded.origins.size(); ++i) {
+      if (!is_traceable(recorded.origins[i], recorded.directions[i])) continue;
+      if (used == kLanes) {
+        items.push_back({});
+        used = 0;
       }
+      add(items.back(), used++, recorded.origins[i], recorded.directions[i]);
     }
   }
 
-  static void add(Item& item, std::size_t lane, const RayBatch& batch, std::size_t i) noexcept {
+  static void add(Item& item, std::size_t lane, const Vec3& origin,
+                  const Vec3& direction) noexcept {
     item.valid[lane] = -1;
-    item.rays.ray.org_x[lane] = batch.ox[i];
-    item.rays.ray.org_y[lane] = batch.oy[i];
-    item.rays.ray.org_z[lane] = batch.oz[i];
-    item.rays.ray.dir_x[lane] = batch.dx[i];
-    item.rays.ray.dir_y[lane] = batch.dy[i];
-    item.rays.ray.dir_z[lane] = batch.dz[i];
+    item.rays.ray.org_x[lane] = origin.x;
+    item.rays.ray.org_y[lane] = origin.y;
+    item.rays.ray.org_z[lane] = origin.z;
+    item.rays.ray.dir_x[lane] = direction.x;
+    item.rays.ray.dir_y[lane] = direction.y;
+    item.rays.ray.dir_z[lane] = direction.z;
     set_unbounded(item.rays, lane);
   }
 
@@ -68,15 +67,15 @@ struct Packets {
 struct SingleRays {
   std::vector<RTCRayHit> items;
 
-  explicit SingleRays(std::span<const RayBatch> batches) {
-    for (const RayBatch& batch : batches) {
-      for (std::size_t i = 0; i < batch.size(); ++i) {
-        if (!is_traceable(batch.origin(i), batch.direction(i))) continue;
-        RTCRayHit& ray = items.emplace_back();
-        ray.ray.org_x = batch.ox[i], ray.ray.org_y = batch.oy[i], ray.ray.org_z = batch.oz[i];
-        ray.ray.dir_x = batch.dx[i], ray.ray.dir_y = batch.dy[i], ray.ray.dir_z = batch.dz[i];
-        set_unbounded(ray);
-      }
+  explicit SingleRays(const RayRecorder& recorded) {
+    for (std::size_t i = 0; i < recorded.origins.size(); ++i) {
+      const Vec3& origin = recorded.origins[i];
+      const Vec3& direction = recorded.directions[i];
+      if (!is_traceable(origin, direction)) continue;
+      RTCRayHit& ray = items.emplace_back();
+      ray.ray.org_x = origin.x, ray.ray.org_y = origin.y, ray.ray.org_z = origin.z;
+      ray.ray.dir_x = direction.x, ray.ray.dir_y = direction.y, ray.ray.dir_z = direction.z;
+      set_unbounded(ray);
     }
   }
 
@@ -98,10 +97,10 @@ using Packets8 = Packets<RTCRayHit8, 8>;
 using Packets16 = Packets<RTCRayHit16, 16>;
 using Rays = std::variant<SingleRays, Packets8, Packets16>;
 
-Rays packed(std::span<const RayBatch> batches, BareQuery query) {
-  if (query == BareQuery::Single) return SingleRays(batches);
-  if (query == BareQuery::Packet8) return Packets8(batches);
-  return Packets16(batches);
+Rays packed(const RayRecorder& rays, BareQuery query) {
+  if (query == BareQuery::Single) return SingleRays(rays);
+  if (query == BareQuery::Packet8) return Packets8(rays);
+  return Packets16(rays);
 }
 
 }  // namespace
@@ -116,8 +115,8 @@ struct BareRays::Impl {
   Rays rays;
 };
 
-BareRays::BareRays(const RayScene& scene, std::span<const RayBatch> batches, BareQuery query)
-    : impl_(new Impl{static_cast<RTCScene>(scene.embree_scene()), packed(batches, query)}) {}
+BareRays::BareRays(const RayScene& scene, const RayRecorder& rays, BareQuery query)
+    : impl_(new Impl{static_cast<RTCScene>(scene.embree_scene()), packed(rays, query)}) {}
 
 BareRays::~BareRays() = default;
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <span>
 #include <string_view>
 
 #include "scenes/core/ray_batch.h"
@@ -20,12 +19,12 @@ inline constexpr std::size_t kBareQueries = 3;
 std::string_view to_string(BareQuery query);
 
 /// Recorded rays, packed ahead for Embree's own calls: tracing them again costs what no estimator
-/// that traces the same rays can undercut. Packets are full, whatever the batches were. Rays that
-/// are not finite or have no direction are left out.
+/// that traces the same rays can undercut. Packets are full, whatever the estimator's batches were.
+/// Rays that are not finite or have no direction are left out.
 class BareRays {
  public:
   /// @param scene  must outlive the object
-  BareRays(const RayScene& scene, std::span<const RayBatch> batches, BareQuery query);
+  BareRays(const RayScene& scene, const RayRecorder& rays, BareQuery query);
   ~BareRays();
   BareRays(const BareRays&) = delete;
   BareRays& operator=(const BareRays&) = delete;

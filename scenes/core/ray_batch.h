@@ -68,11 +68,17 @@ class RayBatch {
   std::size_t untraced_{0};
 };
 
-/// Keeps every ray that passes through a scene's batch query, batch by batch, to trace the same
-/// rays again alone: the time of an estimate minus the time of its bare queries is its own cost.
-/// For one thread.
+/// Keeps every ray that passes through a scene's batch query, to trace the same rays again alone
+/// (BareRays). For one thread.
 struct RayRecorder {
-  std::vector<RayBatch> batches;
+  std::vector<Vec3> origins, directions;  ///< [ray]
+
+  void add(const RayBatch& batch) {
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      origins.push_back(batch.origin(i));
+      directions.push_back(batch.direction(i));
+    }
+  }
 };
 
 /// Decides which hits of a surface with holes count.

@@ -91,7 +91,7 @@ class Scene {
 
   /// The batch query of every estimator: the closest hit of each ray in `batch.hits`.
   void intersect(RayBatch& batch) const noexcept {
-    if (recorder_ != nullptr) recorder_->batches.push_back(batch);
+    if (recorder_ != nullptr) recorder_->add(batch);
     rays_.intersect(batch);
   }
   const RayScene& rays() const noexcept { return rays_; }

@@ -329,12 +329,19 @@ TEST_F(CommandLine, PlanIsFrozenAndKeptByALaterRun) {
   EXPECT_EQ(read_text(root_ / "out/plan.lock.json"), plan);
 }
 
-TEST_F(CommandLine, InspectPrintsTheTimeInsideAndOutsideOfRayQueries) {
+TEST_F(CommandLine, InspectPrintsWhereTheTimeOfEveryEstimatorGoes) {
   const Outcome outcome = run("inspect furnace --json");
   ASSERT_EQ(outcome.code, 0) << outcome.output;
   const nlohmann::json json = nlohmann::json::parse(outcome.output);
-  ASSERT_EQ(json.at("mis_estimate").size(), 3u);
-  EXPECT_GT(json.at("mis_estimate")[0].at("ray_query_ns").get<double>(), 0.0);
+  ASSERT_EQ(json.at("costs").size(), json.at("estimates").size());
+  for (const nlohmann::json& cost : json.at("costs")) {
+    double sum = 0.0;
+    for (const nlohmann::json& stage : cost.at("stages_ns")) sum += stage.get<double>();
+    // Shares are medians of their own, so that their sum is 1 to within their spread.
+    EXPECT_NEAR(sum / cost.at("total_ns").get<double>(), 1.0, 0.2) << cost;
+    EXPECT_GT(cost.at("stages_ns").at("trace").get<double>(), 0.0) << cost;
+    EXPECT_GT(cost.at("limit_ns").get<double>(), 0.0) << cost;
+  }
 }
 
 }  // namespace
