@@ -85,16 +85,12 @@ void time_probabilities(benchmark::State& state, Suite& suite) {
   const FirstEstimate estimate(suite.light_field(lights), suite.config().alsd_srl,
                                suite.config().seed);
   alsd::Evidence evidence(static_cast<std::size_t>(lights), kPixels, {});
-  const auto fill = [&] {
-    evidence.clear();
-    for (int pixel = 0; pixel < kPixels; ++pixel) {
-      evidence.add_estimate(pixel, estimate.mixture, estimate.expected, estimate.samples);
-    }
-  };
+  for (int pixel = 0; pixel < kPixels; ++pixel) {
+    evidence.add_estimate(pixel, estimate.mixture, estimate.expected, estimate.samples);
+  }
+  evidence.finish();
   std::vector<double> pmf(static_cast<std::size_t>(lights));
   if (!suite.passes(state, fmt::format("probabilities/{}", lights), [&] {
-        fill();
-        evidence.finish();
         evidence.probabilities(kPixels - 1, pmf);
         const std::vector<double> own = estimate.contributions();
         const alsd::EvidenceWeights w;
