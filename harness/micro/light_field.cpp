@@ -11,6 +11,16 @@ namespace {
 constexpr double kHeight = 2.0;
 constexpr double kHalfSide = 2.0;
 
+void add_light(SceneDescription& scene, std::string name, const Shape& shape) {
+  ShapeDescription light;
+  light.name = std::move(name);
+  light.shape = shape;
+  light.emission = EmissionDescription{};
+  scene.shapes.push_back(light);
+}
+
+}  // namespace
+
 SceneDescription floor_scene() {
   SceneDescription scene;
   scene.name = "micro";
@@ -26,16 +36,7 @@ SceneDescription floor_scene() {
   return scene;
 }
 
-void add_light(SceneDescription& scene, std::string name, const Shape& shape) {
-  ShapeDescription light;
-  light.name = std::move(name);
-  light.shape = shape;
-  light.emission = EmissionDescription{};
-  scene.shapes.push_back(light);
-}
-
-// The floor's middle, seen from above.
-LightField finish(SceneDescription description) {
+LightField finish_scene(SceneDescription description) {
   LightField field;
   field.scene = std::make_unique<Scene>(std::move(description));
   const SceneTraits& traits = field.scene->traits();
@@ -48,8 +49,6 @@ LightField finish(SceneDescription description) {
   return field;
 }
 
-}  // namespace
-
 LightField make_light_field(int lights) {
   SceneDescription scene = floor_scene();
   const int columns = static_cast<int>(std::ceil(std::sqrt(lights)));
@@ -60,13 +59,13 @@ LightField make_light_field(int lights) {
     add_light(scene, "light_" + std::to_string(i),
               RectangleShape{corner, Vec3d(0.0, 0.5 * cell, 0.0), Vec3d(0.5 * cell, 0.0, 0.0)});
   }
-  return finish(std::move(scene));
+  return finish_scene(std::move(scene));
 }
 
 LightField make_single_light(const Shape& shape) {
   SceneDescription scene = floor_scene();
   add_light(scene, "light", shape);
-  return finish(std::move(scene));
+  return finish_scene(std::move(scene));
 }
 
 LightField make_sky() {
@@ -78,7 +77,7 @@ LightField make_sky() {
     sky.texels.emplace_back(1.0f + 0.5f * std::sin(static_cast<float>(i)));
   }
   scene.environment = std::move(sky);
-  return finish(std::move(scene));
+  return finish_scene(std::move(scene));
 }
 
 TriangleMeshShape sphere_mesh(int rings) {

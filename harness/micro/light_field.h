@@ -13,6 +13,11 @@ struct LightField {
   ShadingPoint point;
 };
 
+/// The floor alone, around the origin, for lights to be added.
+SceneDescription floor_scene();
+/// Loads such a scene; its point is the origin, seen from above.
+LightField finish_scene(SceneDescription description);
+
 /// Rectangles in a regular grid above a diffuse floor, all of which face the point and are seen
 /// from it whole.
 LightField make_light_field(int lights);

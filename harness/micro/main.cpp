@@ -68,6 +68,7 @@ int run_benchmarks(Suite& suite) {
   register_mdhi_kernels(suite);
   register_sampler_kernels(suite);
   register_light_kernels(suite);
+  register_delta_light_kernels(suite);
   register_bsdf_kernels(suite);
   register_ray_kernels(suite);
   register_estimates(suite);

@@ -20,8 +20,10 @@ void register_mdhi_kernels(Suite& suite);
 /// sampler/...: point sets of every kind, over points.
 void register_sampler_kernels(Suite& suite);
 
-/// light/...: proposals of every type of light.
+/// light/...: proposals of every type of light with a density over directions, and the one
+/// direction to lights without extent.
 void register_light_kernels(Suite& suite);
+void register_delta_light_kernels(Suite& suite);
 
 /// bsdf/...: sampling and evaluation of every type of material.
 void register_bsdf_kernels(Suite& suite);
