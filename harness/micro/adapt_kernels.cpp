@@ -232,12 +232,14 @@ void register_both(Suite& suite, const std::string& kernel, Time time) {
   const MicroConfig& config = suite.config();
   const int components = config.fixed_components;
   const int population = config.fixed_population;
-  register_sizes(
-      fmt::format("adapt/{}/components:{}", kernel, components), "population", config.populations,
-      [=](benchmark::State& state) { time(state, static_cast<int>(state.range(0)), components); });
-  register_sizes(
-      fmt::format("adapt/{}/population:{}", kernel, population), "components", config.components,
-      [=](benchmark::State& state) { time(state, population, static_cast<int>(state.range(0))); });
+  register_sizes(suite, fmt::format("adapt/{}/components:{}", kernel, components), "population",
+                 config.populations, [=](benchmark::State& state) {
+                   time(state, static_cast<int>(state.range(0)), components);
+                 });
+  register_sizes(suite, fmt::format("adapt/{}/population:{}", kernel, population), "components",
+                 config.components, [=](benchmark::State& state) {
+                   time(state, population, static_cast<int>(state.range(0)));
+                 });
 }
 
 }  // namespace

@@ -148,11 +148,11 @@ void time_draw(benchmark::State& state, Suite& suite) {
 
 void register_alsd_kernels(Suite& suite) {
   const std::vector<int>& lights = suite.config().alsd_lights;
-  register_sizes("alsd/evidence", "lights", lights,
+  register_sizes(suite, "alsd/evidence", "lights", lights,
                  [&suite](benchmark::State& state) { time_evidence(state, suite); });
-  register_sizes("alsd/probabilities", "lights", lights,
+  register_sizes(suite, "alsd/probabilities", "lights", lights,
                  [&suite](benchmark::State& state) { time_probabilities(state, suite); });
-  register_sizes("alsd/draw", "lights", lights,
+  register_sizes(suite, "alsd/draw", "lights", lights,
                  [&suite](benchmark::State& state) { time_draw(state, suite); });
 }
 

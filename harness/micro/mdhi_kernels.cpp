@@ -147,19 +147,15 @@ void time_worst_leaf(benchmark::State& state, Suite& suite) {
 
 void register_mdhi_kernels(Suite& suite) {
   const std::vector<int>& samples = suite.config().tree_samples;
-  register_sizes("mdhi/tree_of_estimate", "samples", samples,
+  register_sizes(suite, "mdhi/tree_of_estimate", "samples", samples,
                  [&suite](benchmark::State& state) { time_estimate(state, suite); });
-  register_sizes("mdhi/insert", "samples", samples,
+  register_sizes(suite, "mdhi/insert", "samples", samples,
                  [&suite](benchmark::State& state) { time_insert(state, suite); });
-  register_sizes("mdhi/worst_leaf", "samples", samples,
+  register_sizes(suite, "mdhi/worst_leaf", "samples", samples,
                  [&suite](benchmark::State& state) { time_worst_leaf(state, suite); });
-  auto* split = benchmark::RegisterBenchmark("mdhi/split", [&suite](benchmark::State& state) {
-    state.SetComplexityN(state.range(0));
+  register_sizes(suite, "mdhi/split", "samples", samples, [&suite](benchmark::State& state) {
     time_split(state, suite);
-  });
-  split->ArgName("samples")->UseManualTime();
-  for (const int n : samples) split->Arg(n);
-  if (samples.size() > 1) split->Complexity();
+  })->UseManualTime();
 }
 
 }  // namespace penumbra::micro

@@ -80,8 +80,9 @@ void register_sampler_kernels(Suite& suite) {
        {SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol}) {
     for (const bool with_choice : {false, true}) {
       register_sizes(
-          fmt::format("sampler/{}{}", to_string(kind), with_choice ? "/with_choice" : ""), "points",
-          suite.config().point_counts, [&suite, kind, with_choice](benchmark::State& state) {
+          suite, fmt::format("sampler/{}{}", to_string(kind), with_choice ? "/with_choice" : ""),
+          "points", suite.config().point_counts,
+          [&suite, kind, with_choice](benchmark::State& state) {
             time_points(state, suite, kind, with_choice);
           });
     }

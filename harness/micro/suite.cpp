@@ -61,6 +61,13 @@ const LightField& Suite::light_field(int lights) {
   return field(std::to_string(lights) + " lights", [&] { return make_light_field(lights); });
 }
 
+void Suite::fail(benchmark::State& state, const std::string& fault) const {
+  if (!needs_row_) return state.SkipWithError(fault.c_str());
+  state.SetLabel("ERROR OCCURRED: '" + fault + "'");
+  for (auto _ : state) {
+  }
+}
+
 int Suite::failures() const {
   return static_cast<int>(std::count_if(faults_.begin(), faults_.end(),
                                         [](const auto& item) { return !item.second.empty(); }));

@@ -153,6 +153,23 @@ TEST(MicroSuite, KernelWithAFaultIsCountedAndNeverTimed) {
   EXPECT_NE(text.str().find("counts sum to 9, expected 10"), std::string::npos) << text.str();
 }
 
+TEST(MicroSuite, FamilyOfFaultsOnlyIsReportedToTheEnd) {
+  Suite suite{MicroConfig{}};
+  register_sizes(suite, "planted", "size", std::vector<int>{1, 2, 3}, [&](benchmark::State& state) {
+    suite.passes(state, std::to_string(state.range(0)), [] { return std::string("planted"); });
+  });
+  std::ostringstream text;
+  benchmark::ConsoleReporter reporter(benchmark::ConsoleReporter::OO_None);
+  reporter.SetOutputStream(&text);
+  reporter.SetErrorStream(&text);
+  benchmark::RunSpecifiedBenchmarks(&reporter);
+  benchmark::ClearRegisteredBenchmarks();
+  EXPECT_EQ(suite.failures(), 3);
+  for (const char* row : {"planted/size:1", "planted/size:2", "planted/size:3"}) {
+    EXPECT_NE(text.str().find(row), std::string::npos) << text.str();
+  }
+}
+
 TEST(MicroShares, GainIsThatOfTheTimeThatIsLeft) {
   EstimateShares shares{"scene", "mis", "16"};
   shares.samples = 32;
