@@ -32,7 +32,7 @@ class MdhiReplay final : public Replay {
     const std::unique_ptr<Estimator> estimator = entry.create(*scene_, params, budget);
     const Tile job = tile.tile(replayed_spp(entry));
     std::vector<Rgb> radiance;
-    batches_ = recorded_rays(tile, *estimator, job, seed, radiance);
+    recorded_ = RecordedRays(tile, *estimator, job, seed, radiance);
     std::vector<double> found, expected;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       StreamKey key;
@@ -164,17 +164,15 @@ class MdhiReplay final : public Replay {
 
   void add_kernels() {
     const std::size_t estimates = made_.size();
-    std::size_t drawn = 0, ray_count = 0, variates = 0;
+    std::size_t drawn = 0, variates = 0;
     for (const Made& made : made_) {
       drawn += made.samples.size();
       variates += made.initial + made.candidates.size();
     }
-    for (const RayBatch& batch : batches_) ray_count += batch.size();
     samples = static_cast<double>(drawn) / static_cast<double>(estimates);
-    rays = static_cast<double>(ray_count) / static_cast<double>(estimates);
-    add("rays", "ray", ray_count, estimates, [this] {
-      for (RayBatch& batch : batches_) scene_->intersect(batch);
-    });
+    rays = static_cast<double>(recorded_.size()) / static_cast<double>(estimates * kReplayedSeeds);
+    add("rays", "ray", recorded_.size(), estimates * kReplayedSeeds,
+        [this] { recorded_.trace(*scene_); });
     add("point: lights, BSDF", "point", estimates, estimates, [this] {
       for (const Made& made : made_) charts_.set_up(made.point);
     });
@@ -223,7 +221,7 @@ class MdhiReplay final : public Replay {
   RayBatch ray_;
   VariateBlock variates_;
   std::vector<Made> made_;
-  std::vector<RayBatch> batches_;
+  RecordedRays recorded_;
 };
 
 }  // namespace

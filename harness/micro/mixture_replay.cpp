@@ -40,6 +40,7 @@ MixtureReplay::MixtureReplay(BenchTile& tile, const EstimatorEntry& entry, const
   add_point_sets();
   add_draws();
   add_densities();
+  add_lights_met();
   if (!own_densities()) add_mixture_pdfs();
   if (entry.name == "pmc_hi") add_pmc_hi();
   if (own_densities()) add_alsd();
@@ -52,7 +53,8 @@ void MixtureReplay::read_points() {
   const Scene& scene = *tile_->scene;
   for (int pixel = 0; pixel < job_.pixel_count(); ++pixel) {
     const ShadingPoint& point = job_.point(pixel, 0);
-    AtPoint at{{}, Frame(point.shading_normal), {scene.bsdf(point.material), point.shading_normal}};
+    AtPoint at{
+        {}, {}, Frame(point.shading_normal), {scene.bsdf(point.material), Vec3(0.0f, 0.0f, 1.0f)}};
     at.bsdf = BoundBsdf(scene.bsdf(point.material), at.frame.to_local(point.wo));
     for (const std::uint32_t id : scene.sampled_lights()) {
       LightProposal proposal;
@@ -62,11 +64,20 @@ void MixtureReplay::read_points() {
         continue;
       }
       at.lights.push_back(proposal);
-      at.with_cone = at.with_cone || scene.may_be_occluded(id, point);
+      at.light_ids.push_back(id);
     }
     for (int s = 0; s < job_.spp; ++s) points_.push_back(at);
+    points_.back().with_cone = may_be_occluded(pixel);
   }
   luminances_.resize(points_.size());
+}
+
+// As pmc_hi asks it, with one estimate per pixel.
+bool MixtureReplay::may_be_occluded(int pixel) const {
+  const std::vector<std::uint32_t>& ids = points_[static_cast<std::size_t>(pixel)].light_ids;
+  return std::any_of(ids.begin(), ids.end(), [&](std::uint32_t id) {
+    return tile_->scene->may_be_occluded(id, job_.point(pixel, 0));
+  });
 }
 
 void MixtureReplay::read_records(Estimator& estimator) {
@@ -161,201 +172,6 @@ void MixtureReplay::read_directions(const EstimateRecord& record, std::size_t es
                           sample.fate == SampleFate::Lit;
     if (survives) block->survivor_local.set(block->survivors++, at.frame.to_local(sample.wi));
   }
-}
-
-void MixtureReplay::add_set_up() {
-  add("point: lights, BSDF", "point", points_.size(), points_.size(), [this] {
-    for (int pixel = 0; pixel < job_.pixel_count(); ++pixel) {
-      for (int s = 0; s < job_.spp; ++s) scratch_.set_up(job_.point(pixel, s));
-    }
-    benchmark::DoNotOptimize(&scratch_);
-  });
-}
-
-void MixtureReplay::add_point_sets() {
-  std::size_t count = 0;
-  for (const Drawn& drawn : drawn_) count += drawn.count;
-  samples = static_cast<double>(count) / static_cast<double>(points_.size());
-  add("sampler", "sample", count, points_.size(), [this] {
-    for (const Drawn& drawn : drawn_) {
-      StreamKey key = drawn.key;
-      key.component = static_cast<std::uint32_t>(drawn.component);
-      const AtPoint& at = points_[drawn.estimate];
-      const bool with_choice =
-          is_light(drawn) ? at.lights[drawn.component].uses_choice() : at.bsdf.uses_choice();
-      const PointSet points(budget_.sampler, key, drawn.count);
-      for (std::uint32_t done = 0; done < drawn.count;) {
-        const auto n = std::min(drawn.count - done, static_cast<std::uint32_t>(kBlock));
-        points.fill(done, n, with_choice, variates_);
-        done += n;
-      }
-    }
-    benchmark::DoNotOptimize(&variates_);
-    benchmark::ClobberMemory();
-  });
-}
-
-// One component's directions, a block at a time.
-void MixtureReplay::draw(const Drawn& drawn) {
-  const AtPoint& at = points_[drawn.estimate];
-  for (std::uint32_t done = 0; done < drawn.count; done += kBlock) {
-    const std::size_t n = std::min(drawn.count - done, static_cast<std::uint32_t>(kBlock));
-    if (is_light(drawn)) {
-      at.lights[drawn.component].sample(variates_, n, 0, wi_, pdf_);
-    } else if (!is_cone(drawn)) {
-      at.bsdf.sample(variates_, n, 0, wi_);
-    } else {
-      const Frame about_axis(drawn.cone.axis);
-      for (std::size_t i = 0; i < n; ++i) {
-        const Vec3 local = sample_uniform_cone(variates_[i].u, drawn.cone.one_minus_cos);
-        wi_.set(i, about_axis.to_world(local).normalized());
-      }
-    }
-  }
-}
-
-void MixtureReplay::add_draws() {
-  const auto add_kind = [this](const char* name, auto wanted) {
-    std::size_t count = 0;
-    for (const Drawn& drawn : drawn_) count += wanted(drawn) ? drawn.count : 0;
-    add(name, "sample", count, points_.size(), [this, wanted] {
-      for (const Drawn& drawn : drawn_) {
-        if (wanted(drawn)) draw(drawn);
-      }
-      benchmark::DoNotOptimize(&wi_);
-      benchmark::ClobberMemory();
-    });
-  };
-  add_kind("light sample", [this](const Drawn& drawn) { return is_light(drawn); });
-  add_kind("BSDF sample",
-           [this](const Drawn& drawn) { return !is_light(drawn) && !is_cone(drawn); });
-  add_kind("cone sample", [this](const Drawn& drawn) { return is_cone(drawn); });
-}
-
-void MixtureReplay::add_densities() {
-  const auto wanted = [this](const Directions& d) { return !own_densities() || !d.lights_only; };
-  std::size_t pdfs = 0;
-  std::size_t values = 0;
-  for (const Directions& d : directions_) {
-    if (wanted(d)) pdfs += d.count * points_[d.estimate].lights.size();
-    values += d.survivors;
-  }
-  add("light pdf", "pdf", pdfs, points_.size(), [this, wanted] {
-    for (const Directions& d : directions_) {
-      if (!wanted(d)) continue;
-      for (const LightProposal& light : points_[d.estimate].lights) {
-        light.pdf_w(d.wi, d.count, pdf_);
-      }
-    }
-    benchmark::DoNotOptimize(&pdf_);
-    benchmark::ClobberMemory();
-  });
-  add("BSDF f and pdf", "sample", values, points_.size(), [this] {
-    for (const Directions& d : directions_) {
-      points_[d.estimate].bsdf.evaluate(d.survivor_local, d.survivors, f_cos_, pdf_);
-    }
-    benchmark::DoNotOptimize(&f_cos_);
-    benchmark::ClobberMemory();
-  });
-}
-
-void MixtureReplay::add_rays(Estimator& estimator) {
-  batches_ = recorded_rays(*tile_, estimator, job_, seed_, radiance_);
-  std::size_t count = 0;
-  for (const RayBatch& batch : batches_) count += batch.size();
-  rays = static_cast<double>(count) / static_cast<double>(radiance_.size());
-  add("rays", "ray", count, radiance_.size(), [this] {
-    for (RayBatch& batch : batches_) tile_->scene->intersect(batch);
-  });
-}
-
-void MixtureReplay::add_mixture_pdfs() {
-  std::size_t kept = 0;
-  for (const Population& p : populations_) kept += p.mixture->size();
-  add("mixture pdf", "sample", kept, points_.size(), [this] {
-    for (Population& p : populations_) {
-      p.mixture->mixture_pdfs_w(0, p.coefficients, p.density);
-    }
-    benchmark::ClobberMemory();
-  });
-}
-
-void MixtureReplay::add_pmc_hi() {
-  add("adapt: counts", "iteration", populations_.size(), points_.size(), [this] {
-    for (const Population& p : populations_) {
-      const std::span<int> counts = std::span(counts_).first(p.alpha.size());
-      pmc_hi::round_counts(settings_.rounding, p.alpha, p.n, p.key, counts);
-      pmc_hi::raise_to_minimum(counts, settings_.n_min);
-      benchmark::DoNotOptimize(counts.data());
-    }
-    benchmark::ClobberMemory();
-  });
-  const auto learns = [](const Population& p) { return !p.last; };
-  const auto fits = [this, learns](const Population& p) {
-    const auto hits =
-        std::count_if(p.weights.begin(), p.weights.end(), [](double w) { return w > 0.0; });
-    return learns(p) && points_[p.estimate].with_cone && hits >= settings_.cone_min_hits;
-  };
-  const auto learning =
-      static_cast<std::size_t>(std::count_if(populations_.begin(), populations_.end(), learns));
-  const auto fitting =
-      static_cast<std::size_t>(std::count_if(populations_.begin(), populations_.end(), fits));
-  add("adapt: Eq. 6", "iteration", learning, points_.size(), [this, learns] {
-    for (const Population& p : populations_) {
-      if (!learns(p)) continue;
-      const std::span<double> sums = std::span(values_).first(p.alpha.size());
-      std::fill(sums.begin(), sums.end(), 0.0);
-      pmc_hi::add_tag_sums(*p.mixture, 0, p.weights, sums);
-      benchmark::DoNotOptimize(pmc_hi::normalise(sums));
-    }
-    benchmark::ClobberMemory();
-  });
-  add("adapt: cone fit", "iteration", fitting, points_.size(), [this, fits] {
-    for (const Population& p : populations_) {
-      if (!fits(p)) continue;
-      benchmark::DoNotOptimize(pmc_hi::fit_cone(*p.mixture, 0, p.weights, settings_.cone_rules));
-    }
-  });
-}
-
-void MixtureReplay::add_alsd() {
-  const std::size_t lights = tile_->scene->lights().size();
-  // A lone light has the probability 1 whatever is learned.
-  const bool learns = tile_->scene->sampled_lights().size() > 1;
-  const auto first_pass = static_cast<std::uint32_t>(job_.spp / 2);
-  const auto pixels = static_cast<std::size_t>(job_.pixel_count());
-  evidence_ = std::make_unique<alsd::Evidence>(lights, pixels, alsd::EvidenceWeights{});
-  std::size_t first = 0;
-  for (Population& p : populations_) {
-    for (std::size_t k = 0; k < p.alpha.size(); ++k) p.coefficients[k] = p.n * p.alpha[k];
-    first += p.key.estimate < first_pass ? 1 : 0;
-  }
-  add("adapt: counts", "estimate", populations_.size(), points_.size(), [this] {
-    for (const Population& p : populations_) {
-      const std::span<int> counts = std::span(counts_).first(p.alpha.size());
-      const double offset = static_cast<double>(random_bits(p.key)) * 0x1p-32;
-      systematic_counts(p.alpha, p.n, offset, counts);
-      benchmark::DoNotOptimize(counts.data());
-    }
-    benchmark::ClobberMemory();
-  });
-  add("adapt: evidence", "estimate", learns ? first : 0, points_.size(), [this, first_pass] {
-    evidence_->clear();
-    for (const Population& p : populations_) {
-      if (p.key.estimate >= first_pass) continue;
-      const auto pixel = static_cast<int>(p.estimate) / job_.spp;
-      evidence_->add_estimate(pixel, *p.mixture, p.coefficients, p.n);
-    }
-  });
-  add("adapt: probabilities", "pixel", learns ? pixels : 0, points_.size(), [this, lights] {
-    evidence_->finish();
-    const std::span<double> pmf = std::span(values_).first(lights);
-    for (int pixel = 0; pixel < job_.pixel_count(); ++pixel) {
-      evidence_->probabilities(pixel, pmf);
-      benchmark::DoNotOptimize(pmf.data());
-    }
-    benchmark::ClobberMemory();
-  });
 }
 
 }  // namespace penumbra::micro

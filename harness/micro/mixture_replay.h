@@ -20,10 +20,11 @@ class MixtureReplay final : public Replay {
  private:
   /// What an estimate finds at its point.
   struct AtPoint {
-    std::vector<LightProposal> lights;  // that can contribute
+    std::vector<LightProposal> lights;     // that can contribute
+    std::vector<std::uint32_t> light_ids;  // in the scene
     Frame frame;
     BoundBsdf bsdf;
-    bool with_cone{false};
+    bool with_cone{false};  // of pmc_hi
   };
   /// Directions that one component drew in one iteration.
   struct Drawn {
@@ -48,7 +49,8 @@ class MixtureReplay final : public Replay {
     bool last;                                // of its estimate
     std::vector<double> alpha, coefficients;  // [component]
     std::vector<double> weights, density;     // [sample]
-    std::unique_ptr<Mixture> mixture;
+    std::unique_ptr<Mixture> mixture{};
+    std::unique_ptr<RayBatch> rays{};  // of the samples, traced
   };
 
   void read_points();
@@ -63,10 +65,14 @@ class MixtureReplay final : public Replay {
   void add_draws();
   void add_densities();
   void add_rays(Estimator& estimator);
+  void add_lights_met();
   void add_mixture_pdfs();
   void add_pmc_hi();
+  void add_populations_of_pmc_hi();
   void add_alsd();
   void draw(const Drawn& drawn);
+  bool light_met(const Population& population, std::size_t sample) const;
+  bool may_be_occluded(int pixel) const;
   bool is_light(const Drawn& drawn) const {
     return drawn.component < points_[drawn.estimate].lights.size();
   }
@@ -87,7 +93,7 @@ class MixtureReplay final : public Replay {
   std::vector<double> luminances_;  // [estimate], from the populations
   std::vector<Drawn> drawn_;
   std::deque<Directions> directions_;
-  std::vector<RayBatch> batches_;
+  RecordedRays recorded_;
   std::deque<Population> populations_;
   std::unique_ptr<alsd::Evidence> evidence_;
 

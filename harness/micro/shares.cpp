@@ -52,10 +52,11 @@ EstimateShares measure(Suite& suite, const std::string& scene, const EstimatorEn
   RayMeter& meter = suite.ray_meter(scene);
 
   std::vector<Timed> timed;
+  std::uint64_t runs = 0;
   timed.push_back({[&] {
     TileOutput out;
     out.radiance = radiance;
-    estimator->estimate(job, suite.config().seed, out);
+    estimator->estimate(job, suite.config().seed + runs++ % kReplayedSeeds, out);
   }});
   timed.push_back({[&] { meter.ns_per_ray(); }});
   for (const ReplayedKernel& kernel : replay.kernels) timed.push_back({kernel.run});
@@ -68,13 +69,12 @@ EstimateShares measure(Suite& suite, const std::string& scene, const EstimatorEn
   result.samples = replay.samples;
   result.rays = replay.rays;
   result.shadow_ray_ns = 1e9 * timed[1].median_s() / static_cast<double>(meter.rays());
-  const auto estimates = static_cast<double>(job.estimate_count());
   for (std::size_t k = 0; k < replay.kernels.size(); ++k) {
     const ReplayedKernel& kernel = replay.kernels[k];
-    const double ns = 1e9 * timed[k + 2].median_s() / estimates;
+    const double ns = 1e9 * timed[k + 2].median_s() / kernel.estimates;
     result.kernels.push_back({kernel.name, kernel.unit, kernel.calls, ns / kernel.calls});
   }
-  set_shares(result, 1e9 * timed[0].median_s() / estimates);
+  set_shares(result, 1e9 * timed[0].median_s() / static_cast<double>(job.estimate_count()));
   return result;
 }
 
