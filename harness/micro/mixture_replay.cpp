@@ -1,14 +1,10 @@
 #include "harness/micro/mixture_replay.h"
 
-#include <benchmark/benchmark.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "estimators/mixture/estimates.h"
-#include "estimators/pmc_hi/adaptation.h"
 #include "harness/micro/checks.h"
-#include "scenes/core/warp.h"
 
 namespace penumbra::micro {
 
@@ -66,17 +62,16 @@ void MixtureReplay::read_points() {
       at.lights.push_back(proposal);
       at.light_ids.push_back(id);
     }
+    at.with_cone = may_be_occluded(at.light_ids, point);
     for (int s = 0; s < job_.spp; ++s) points_.push_back(at);
-    points_.back().with_cone = may_be_occluded(pixel);
   }
   luminances_.resize(points_.size());
 }
 
-// As pmc_hi asks it, with one estimate per pixel.
-bool MixtureReplay::may_be_occluded(int pixel) const {
-  const std::vector<std::uint32_t>& ids = points_[static_cast<std::size_t>(pixel)].light_ids;
-  return std::any_of(ids.begin(), ids.end(), [&](std::uint32_t id) {
-    return tile_->scene->may_be_occluded(id, job_.point(pixel, 0));
+bool MixtureReplay::may_be_occluded(std::span<const std::uint32_t> lights,
+                                    const ShadingPoint& point) const {
+  return std::any_of(lights.begin(), lights.end(), [&](std::uint32_t light) {
+    return tile_->scene->may_be_occluded(light, point);
   });
 }
 

@@ -72,7 +72,7 @@ class MixtureReplay final : public Replay {
   void add_alsd();
   void draw(const Drawn& drawn);
   bool light_met(const Population& population, std::size_t sample) const;
-  bool may_be_occluded(int pixel) const;
+  bool may_be_occluded(std::span<const std::uint32_t> lights, const ShadingPoint& point) const;
   bool is_light(const Drawn& drawn) const {
     return drawn.component < points_[drawn.estimate].lights.size();
   }

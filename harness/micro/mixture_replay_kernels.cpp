@@ -156,11 +156,12 @@ void MixtureReplay::add_mixture_pdfs() {
   });
 }
 
+// An estimate per point.
 void MixtureReplay::add_pmc_hi() {
   add("adapt: cone or none", "point", points_.size(), points_.size(), [this] {
     int with_cone = 0;
-    for (int pixel = 0; pixel < job_.pixel_count(); ++pixel) {
-      with_cone += may_be_occluded(pixel) ? 1 : 0;
+    for (std::size_t e = 0; e < points_.size(); ++e) {
+      with_cone += may_be_occluded(points_[e].light_ids, job_.points[e]) ? 1 : 0;
     }
     benchmark::DoNotOptimize(with_cone);
   });

@@ -12,7 +12,8 @@
 namespace penumbra::micro {
 
 /// One block of 8x8 pixels. Its points are valid and evenly spread over the scene's image, so that
-/// the mean cost over the tile is that of the image.
+/// the mean cost over the tile is that of the image. Textures are left out: materials are as
+/// described.
 struct BenchTile {
   static constexpr int kSide = 8;  ///< [pixels]
   static constexpr std::size_t kPoints = std::size_t{kSide} * kSide;
