@@ -249,9 +249,11 @@ void register_adaptation_kernels(Suite& suite) {
        {std::pair{Rounding::LargestRemainder, "round_largest_remainder"},
         std::pair{Rounding::Systematic, "round_systematic"},
         std::pair{Rounding::Multinomial, "round_multinomial"}}) {
-    register_both(suite, name, [&suite, rounding, name](benchmark::State& state, int n, int m) {
-      time_rounding(state, suite, rounding, name, n, m);
-    });
+    register_both(
+        suite, name,
+        [&suite, rounding = rounding, name = name](benchmark::State& state, int n, int m) {
+          time_rounding(state, suite, rounding, name, n, m);
+        });
   }
   register_both(suite, "raise_to_minimum", [&suite](benchmark::State& state, int n, int m) {
     time_raise(state, suite, n, m);
@@ -259,9 +261,10 @@ void register_adaptation_kernels(Suite& suite) {
   for (const auto& [kernel, name] :
        {std::pair{Kernel::TagSums, "eq6_tag"}, std::pair{Kernel::PosteriorSums, "eq6_posterior"},
         std::pair{Kernel::Cone, "cone_fit"}, std::pair{Kernel::MixturePdf, "mixture_pdf"}}) {
-    register_both(suite, name, [&suite, kernel, name](benchmark::State& state, int n, int m) {
-      time_population(state, suite, kernel, name, n, m);
-    });
+    register_both(suite, name,
+                  [&suite, kernel = kernel, name = name](benchmark::State& state, int n, int m) {
+                    time_population(state, suite, kernel, name, n, m);
+                  });
   }
 }
 
