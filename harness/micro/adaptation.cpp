@@ -2,13 +2,12 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <random>
 
 #include "estimators/alsd/evidence.h"
-#include "estimators/mdhi/leaf_tree.h"
 #include "estimators/mixture/estimates.h"
 #include "estimators/pmc_hi/combine.h"
 #include "estimators/pmc_hi/kernel.h"
+#include "harness/micro/checks.h"
 #include "harness/micro/register.h"
 #include "scenes/core/error.h"
 
@@ -131,7 +130,8 @@ ParamSet pmc_hi_params() {
 }
 
 // Counts, Eq. 6, cone and combination, as a share of pmc_hi's estimates.
-void adapt_pmc_hi(benchmark::State& state, const BenchTile& tile, const Budget& budget) {
+void adapt_pmc_hi(benchmark::State& state, Suite& suite, const BenchTile& tile,
+                  const Budget& budget) {
   const EstimatorEntry& entry = *find_estimator("pmc_hi");
   const ParamSet params = pmc_hi_params();
   const pmc_hi::Settings settings = pmc_hi::read_settings(params);
@@ -142,16 +142,22 @@ void adapt_pmc_hi(benchmark::State& state, const BenchTile& tile, const Budget& 
   out.radiance = radiance;
   estimator->estimate(job, kSeed, out);
   std::vector<std::unique_ptr<PmcHiEstimate>> estimates;
+  std::vector<double> found, expected;
   for (std::size_t i = 0; i < tile.points.size(); ++i) {
     StreamKey key;
     key.seed = kSeed;
     key.pixel = job.pixel_index(static_cast<int>(i));
     estimates.push_back(
         std::make_unique<PmcHiEstimate>(*tile.scene, settings, budget, tile.points[i], key));
-    if (narrow(estimates.back()->adapt()) != radiance[i]) {
-      state.SkipWithError("the populations kept are not those of the estimator");
-      return;
-    }
+    found.push_back(luminance(estimates.back()->adapt()));
+    expected.push_back(static_cast<double>(luminance(radiance[i])));
+  }
+  // To rounding: the estimator may sum in another order.
+  const std::string key = fmt::format("adapt_pmc_hi/{}", budget.srl());
+  if (!suite.passes(state, key, [&] {
+        return values_fault("estimates kept and made", found, expected, 1e-4, 1e-7);
+      })) {
+    return;
   }
   share_of_estimates(state, *estimator, job, estimates.size(), [&] {
     for (const auto& estimate : estimates) benchmark::DoNotOptimize(estimate->adapt());
@@ -210,77 +216,25 @@ void adapt_alsd(benchmark::State& state, const BenchTile& tile, int srl) {
   });
 }
 
-// The kd-trees of one estimate of mdhi without its rays: find the worst leaf, choose the best of
-// four candidates, insert, split.
-void insert_mdhi(benchmark::State& state) {
-  constexpr std::size_t kCharts = 2;
-  constexpr std::size_t kInitial = 4;
-  constexpr int kCandidates = 4;
-  const auto samples = static_cast<std::size_t>(state.range(0));
-  std::mt19937_64 engine(kSeed);
-  std::uniform_real_distribution<float> uniform(0.0f, 1.0f - 0x1p-24f);
-  // Half of each chart is lit, with a gradient.
-  const auto value = [](const Vec2& u) {
-    return u.x < 0.5f ? Vec3d(0.0) : Vec3d(1.0 + static_cast<double>(u.y));
-  };
-  std::vector<Vec2> variates(samples * kCandidates);
-  for (Vec2& u : variates) u = Vec2(uniform(engine), uniform(engine));
-  mdhi::LeafTree tree(kCharts, samples, {});
-  for (auto _ : state) {
-    tree.reset(kCharts);
-    for (std::size_t i = 0; i < samples; ++i) {
-      const Vec2* candidates = &variates[i * kCandidates];
-      if (i < kCharts * kInitial) {
-        tree.insert(i % kCharts, candidates[0], value(candidates[0]));
-        continue;
-      }
-      const std::size_t leaf = tree.worst_leaf();
-      Vec2 best = tree.point_in(leaf, candidates[0]);
-      float farthest = -1.0f;
-      for (int c = 0; c < kCandidates; ++c) {
-        const Vec2 u = tree.point_in(leaf, candidates[c]);
-        const float distance2 = tree.nearest_distance2(leaf, u);
-        if (distance2 > farthest) {
-          farthest = distance2;
-          best = u;
-        }
-      }
-      tree.insert_into(leaf, best, value(best));
-    }
-  }
-  double volume = 0.0;
-  for (std::size_t leaf = 0; leaf < tree.leaves().size(); ++leaf) volume += tree.volume(leaf);
-  if (std::abs(volume - static_cast<double>(kCharts)) > 1e-12) {
-    state.SkipWithError("the leaves do not tile the charts");
-  }
-  state.counters["per_insert"] = benchmark::Counter(
-      static_cast<double>(samples),
-      benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
-  state.SetComplexityN(state.range(0));
-}
-
 }  // namespace
 
-void register_adaptation(const BenchTile& tile) {
-  const std::string& scene = tile.scene->name();
-  for (const Budget budget :
-       {Budget{SamplerKind::Independent, 4, 12}, Budget{SamplerKind::Independent, 16, 48}}) {
+void register_adaptation_shares(Suite& suite) {
+  const std::string& scene = suite.config().scenes.front();
+  for (const int srl : suite.config().estimate_srl) {
+    const Budget budget = budget_of(*find_estimator("pmc_hi"), srl);
     benchmark::RegisterBenchmark(
         fmt::format("adapt/pmc_hi/{}/srl:{}-{}", scene, budget.srl_initial, budget.srl_adaptive)
             .c_str(),
-        [&tile, budget](benchmark::State& state) { adapt_pmc_hi(state, tile, budget); })
+        [&suite, scene, budget](benchmark::State& state) {
+          adapt_pmc_hi(state, suite, suite.tile(scene), budget);
+        })
+        ->UseManualTime();
+    benchmark::RegisterBenchmark(fmt::format("adapt/alsd/{}/srl:{}", scene, srl).c_str(),
+                                 [&suite, scene, srl](benchmark::State& state) {
+                                   adapt_alsd(state, suite.tile(scene), srl);
+                                 })
         ->UseManualTime();
   }
-  for (const int srl : {12, 48}) {
-    benchmark::RegisterBenchmark(
-        fmt::format("adapt/alsd/{}/srl:{}", scene, srl).c_str(),
-        [&tile, srl](benchmark::State& state) { adapt_alsd(state, tile, srl); })
-        ->UseManualTime();
-  }
-  benchmark::RegisterBenchmark("adapt/mdhi/insert/samples", insert_mdhi)
-      ->RangeMultiplier(4)
-      ->Range(8, 2048)
-      ->Complexity();
 }
 
 }  // namespace penumbra::micro

@@ -10,25 +10,18 @@ namespace {
 
 constexpr int kSpp = 4;
 constexpr int kCheckRuns = 32;
-constexpr int kCheckSpp = 16;
 // Of |z| between an estimator's mean and that of the check: false alarms once in 10^7 runs.
 constexpr double kCheckLimit = 5.5;
 
-Budget budget_of(const EstimatorEntry& entry, int srl) {
-  const int initial = srl / 4;
-  return entry.adaptive ? Budget{SamplerKind::Independent, initial, srl - initial}
-                        : Budget{SamplerKind::Independent, srl, 0};
-}
-
 // Whether the mean over the tile is the one that another estimator finds. A biased estimator must
 // be finite; how far off it is is printed.
-std::string fault_of(const BenchTile& tile, const EstimatorEntry& entry, const Budget& budget,
-                     double& mean_error) {
+// @param spp  of each run
+std::string estimate_fault(const BenchTile& tile, const EstimatorEntry& entry, const Budget& budget,
+                           int spp, double& mean_error) {
   const std::string other = entry.name == "mis" ? "light" : "mis";
-  const MeanEstimate expected =
-      mean_over_tile(tile, *find_estimator(other), {SamplerKind::Independent, 32, 0}, kCheckSpp,
-                     2 * kCheckRuns, 0x1000);
-  const MeanEstimate found = mean_over_tile(tile, entry, budget, kCheckSpp, kCheckRuns, 0x2000);
+  const MeanEstimate expected = mean_over_tile(
+      tile, *find_estimator(other), {SamplerKind::Independent, 32, 0}, spp, 2 * kCheckRuns, 0x1000);
+  const MeanEstimate found = mean_over_tile(tile, entry, budget, spp, kCheckRuns, 0x2000);
   mean_error = found.mean / expected.mean - 1.0;
   if (!found.finite) return "estimates are not finite";
   const double z =
@@ -38,12 +31,15 @@ std::string fault_of(const BenchTile& tile, const EstimatorEntry& entry, const B
                      expected.mean, other, z);
 }
 
-void estimate(benchmark::State& state, const BenchTile& tile, const EstimatorEntry& entry,
-              const Budget& budget) {
-  double mean_error = 0.0;
-  const std::string fault = fault_of(tile, entry, budget, mean_error);
-  if (!fault.empty()) {
-    state.SkipWithError(fault.c_str());
+void time_estimate(benchmark::State& state, Suite& suite, const std::string& scene,
+                   const EstimatorEntry& entry, int srl) {
+  const Budget budget = budget_of(entry, srl);
+  const BenchTile& tile = suite.tile(scene);
+  const std::string key = fmt::format("estimate/{}/{}/{}", entry.name, scene, srl);
+  double& mean_error = suite.remembered(key);
+  if (!suite.passes(state, key, [&] {
+        return estimate_fault(tile, entry, budget, suite.config().check_spp, mean_error);
+      })) {
     return;
   }
   const std::unique_ptr<Estimator> estimator =
@@ -52,18 +48,20 @@ void estimate(benchmark::State& state, const BenchTile& tile, const EstimatorEnt
   std::vector<Rgb> radiance(job.estimate_count());
   EstimateCounters counters;
   std::uint64_t seed = 1;
-  for (auto _ : state) {
+  Work work{"estimate", static_cast<double>(job.estimate_count()), &suite.ray_meter(scene)};
+  work.samples = static_cast<double>(job.estimate_count()) * budget.srl() *
+                 static_cast<double>(tile.scene->sampled_lights().size());
+  time_kernel(state, work, [&] {
     TileOutput out;
     out.radiance = radiance;
     estimator->estimate(job, seed++, out);
     counters += out.counters;
     benchmark::DoNotOptimize(radiance.data());
-  }
+  });
   const auto estimates = static_cast<double>(counters.estimates);
-  using benchmark::Counter;
-  state.counters["per_estimate"] = Counter(estimates, Counter::kIsRate | Counter::kInvert);
-  state.counters["per_ray"] =
-      Counter(static_cast<double>(counters.rays), Counter::kIsRate | Counter::kInvert);
+  const double whole_ns = state.counters["ns_per_estimate"] * estimates;
+  state.counters["ns_per_sample"] = whole_ns / static_cast<double>(counters.samples);
+  state.counters["ns_per_ray"] = whole_ns / static_cast<double>(counters.rays);
   state.counters["rays"] = static_cast<double>(counters.rays) / estimates;
   state.counters["samples"] = static_cast<double>(counters.samples) / estimates;
   state.counters["mean_error"] = mean_error;
@@ -71,18 +69,16 @@ void estimate(benchmark::State& state, const BenchTile& tile, const EstimatorEnt
 
 }  // namespace
 
-void register_estimates(const BenchTile& tile) {
-  for (const EstimatorEntry* entry : all_estimators()) {
-    for (const int srl : {16, 64}) {
-      const Budget budget = budget_of(*entry, srl);
-      const std::string text = entry->adaptive
-                                   ? fmt::format("{}-{}", budget.srl_initial, budget.srl_adaptive)
-                                   : fmt::format("{}", srl);
-      benchmark::RegisterBenchmark(
-          fmt::format("estimate/{}/{}/srl:{}", entry->name, tile.scene->name(), text).c_str(),
-          [&tile, entry, budget](benchmark::State& state) {
-            estimate(state, tile, *entry, budget);
-          });
+void register_estimates(Suite& suite) {
+  for (const std::string& scene : suite.config().scenes) {
+    for (const EstimatorEntry* entry : all_estimators()) {
+      for (const int srl : suite.config().estimate_srl) {
+        benchmark::RegisterBenchmark(
+            fmt::format("estimate/{}/{}/srl:{}", entry->name, scene, srl_text(*entry, srl)).c_str(),
+            [&suite, scene, entry, srl](benchmark::State& state) {
+              time_estimate(state, suite, scene, *entry, srl);
+            });
+      }
     }
   }
 }

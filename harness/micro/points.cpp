@@ -1,7 +1,5 @@
 #include "harness/micro/points.h"
 
-#include <time.h>
-
 #include <array>
 #include <cmath>
 
@@ -44,6 +42,19 @@ ParamSet default_params(const EstimatorEntry& entry) {
   return resolve_params(entry.params(), {}, problems);
 }
 
+Budget budget_of(const EstimatorEntry& entry, int srl) {
+  const int initial = srl / 4;
+  return entry.adaptive ? Budget{SamplerKind::Independent, initial, srl - initial}
+                        : Budget{SamplerKind::Independent, srl, 0};
+}
+
+std::string srl_text(const EstimatorEntry& entry, int srl) {
+  const Budget budget = budget_of(entry, srl);
+  return entry.adaptive
+             ? std::to_string(budget.srl_initial) + "-" + std::to_string(budget.srl_adaptive)
+             : std::to_string(srl);
+}
+
 MeanEstimate mean_over_tile(const BenchTile& tile, const EstimatorEntry& entry,
                             const Budget& budget, int spp, int runs, std::uint64_t first_seed) {
   const std::unique_ptr<Estimator> estimator =
@@ -68,12 +79,6 @@ MeanEstimate mean_over_tile(const BenchTile& tile, const EstimatorEntry& entry,
   const double variance = std::max(square_sum / runs - result.mean * result.mean, 0.0);
   result.standard_error = std::sqrt(variance / (runs - 1));
   return result;
-}
-
-double thread_cpu_s() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 }  // namespace penumbra::micro
