@@ -28,8 +28,8 @@ OTHER_COLOR = "#7f5539"
 
 
 def superscript(value: float, error: float | None) -> str:
-    """An exponent with its error, as mathematical text."""
-    shown = f"{value:.2f}" if error is None else f"{value:.2f} \\pm {error:.2f}"
+    """An exponent, with its error where there is one, as mathematical text."""
+    shown = f"{value:g}" if error is None else f"{value:.2f} \\pm {error:.2f}"
     return f"$x^{{{shown}}}$"
 
 
@@ -94,7 +94,7 @@ def main() -> int:
     with open(sys.argv[1], encoding="utf-8") as stream:
         data = json.load(stream)
     panels = [p for p in data["panels"] if p["curves"]]
-    columns = min(4, len(panels))
+    columns = min(3, len(panels))
     rows = -(-len(panels) // columns)
     pyplot.rcParams.update({"font.family": "DejaVu Sans", "font.size": 8.5})
     figure, grid = pyplot.subplots(rows, columns, figsize=(4.0 * columns, 3.3 * rows + 0.5),
@@ -104,9 +104,11 @@ def main() -> int:
     for axes in list(grid.flat)[len(panels):]:
         axes.set_visible(False)
     build = data["build"]
-    figure.suptitle(f"{data['machine']['cpu']}, {data['machine']['cores']} cores; commit "
-                    f"{build['commit']}, {build['preset']} build; medians and ranges of "
-                    f"{data['repeat']} interleaved rounds; dashed: fitted power", fontsize=8.5)
+    facts = [f"{data['machine']['cpu']}, {data['machine']['cores']} cores",
+             f"commit {build['commit']}, {build['preset']} build",
+             f"medians and ranges of {data['repeat']} interleaved rounds",
+             "dashed: fitted power"]
+    figure.suptitle(("; " if columns > 1 else "\n").join(facts), fontsize=8)
     figure.savefig(sys.argv[2], dpi=130)
     return 0
 
