@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
@@ -11,12 +12,25 @@ struct BuildInfo {
   std::string_view
       commit;  ///< git commit, "+dirty" appended when the tree was changed; "unknown" outside git
   std::string_view compiler;
-  std::string_view flags;
+  std::string_view flags;   ///< all that change the code of the project; warnings are left out
+  std::string_view preset;  ///< name of the build folder, which a preset names after itself
   std::string_view build_type;
-  bool asserts;  ///< debug assertions are on, timings are not representative
+  std::string_view arch;      ///< PENUMBRA_ARCH as it was set: "auto", "native", ...
+  std::string_view march;     ///< what became of it; empty: the compiler's default
+  std::string_view sanitize;  ///< PENUMBRA_SANITIZE; empty: none
+  std::string_view embree;    ///< version of the headers; the library's is found at run time
+  bool ipo;                   ///< the sampling loop is optimised across files
+  bool fuzz;                  ///< PENUMBRA_FUZZ
+  bool asserts;               ///< debug assertions are on, timings are not representative
 };
 
 const BuildInfo& build_info();
+
+/// All of it with its id under "build".
+nlohmann::ordered_json build_json();
+
+/// Hash of all of it. Rows of measurements.csv carry it; environment.json has the builds by it.
+std::string build_id();
 
 /// What one call of `penumbra run` was.
 struct Session {
@@ -27,7 +41,7 @@ struct Session {
 
 /// Machine, build, libraries and the calls that measured, as JSON text: environment.json of a
 /// result.
-/// @param before  the same of earlier calls, whose list of sessions goes on; or empty
+/// @param before  the same of earlier calls, whose sessions and builds are kept; or empty
 std::string environment_json(const Session& session, const std::string& before);
 
 /// Name and core count that timings belong to.

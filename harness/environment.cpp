@@ -50,7 +50,32 @@ nlohmann::ordered_json libraries_json() {
                                         NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH)}};
 }
 
+// Without the id.
+nlohmann::ordered_json switches_json() {
+  const BuildInfo& build = build_info();
+  return {{"version", build.version}, {"commit", build.commit}, {"compiler", build.compiler},
+          {"flags", build.flags},     {"preset", build.preset}, {"build_type", build.build_type},
+          {"arch", build.arch},       {"march", build.march},   {"sanitize", build.sanitize},
+          {"embree", build.embree},   {"ipo", build.ipo},       {"fuzz", build.fuzz},
+          {"asserts", build.asserts}};
+}
+
+// A member of earlier text, or an empty value where there is none of that kind.
+nlohmann::ordered_json kept(const nlohmann::ordered_json& earlier, const char* name,
+                            nlohmann::ordered_json empty) {
+  if (!earlier.is_object() || !earlier.contains(name)) return empty;
+  return earlier[name].type() == empty.type() ? earlier[name] : empty;
+}
+
 }  // namespace
+
+std::string build_id() { return hash_id({"build", switches_json().dump()}); }
+
+nlohmann::ordered_json build_json() {
+  nlohmann::ordered_json json = {{"build", build_id()}};
+  json.update(switches_json());
+  return json;
+}
 
 std::string machine_text() {
   return fmt::format("{}, {} cores", proc_value("/proc/cpuinfo", "model name"),
@@ -64,9 +89,7 @@ std::string environment_json(const Session& session, const std::string& before) 
   const BuildInfo& build = build_info();
   const std::string load = first_line("/proc/loadavg");
   ordered_json json;
-  json["penumbra"] = {{"version", build.version},       {"commit", build.commit},
-                      {"compiler", build.compiler},     {"flags", build.flags},
-                      {"build_type", build.build_type}, {"asserts", build.asserts}};
+  json["penumbra"] = build_json();
   json["libraries"] = libraries_json();
   json["machine"] = {
       {"cpu", proc_value("/proc/cpuinfo", "model name")},
@@ -84,12 +107,13 @@ std::string environment_json(const Session& session, const std::string& before) 
   json["command_line"] = session.command_line;
   json["config_hash"] = hash_id({"config", session.config});
   const ordered_json earlier = ordered_json::parse(before, nullptr, false);
-  const bool goes_on =
-      earlier.is_object() && earlier.contains("sessions") && earlier["sessions"].is_array();
-  json["sessions"] = goes_on ? earlier["sessions"] : ordered_json::array();
+  json["builds"] = kept(earlier, "builds", ordered_json::object());
+  json["builds"][build_id()] = switches_json();
+  json["sessions"] = kept(earlier, "sessions", ordered_json::array());
   const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
   json["sessions"].push_back({{"started", fmt::format("{:%FT%TZ}", now)},
                               {"commit", build.commit},
+                              {"build", build_id()},
                               {"command_line", session.command_line},
                               {"threads", session.threads},
                               {"load_average", load}});

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <random>
 
+#include "harness/build_info.h"
 #include "harness/experiment.h"
 #include "harness/keys.h"
 #include "harness/metric_columns.h"
@@ -115,6 +116,7 @@ RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) 
   row.order = order;
   row.reference_id = reference.id;
   row.reference_spp = reference.spp;
+  row.build = build_id();
 
   const ConditionsWatch watch;
   RenderResult result =

@@ -120,6 +120,7 @@ void add_render(CLI::App& app, Options& o) {
               "Builds and samples also what the scene does not need");
   c->add_option("-o,--out", o.render.out, ".exr (all layers) or .png")->required();
   c->add_option("--maps", o.render.maps, "Also the estimator's maps, as a PNG");
+  c->add_flag("--json", o.render.json, "Prints work, times and build, for machines");
 }
 
 void add_inspect(CLI::App& app, Options& o) {

@@ -74,6 +74,7 @@ struct RunRow {
   std::optional<std::int64_t> switches_involuntary;
   std::optional<double> relmse_trim;
   std::optional<std::int64_t> reference_spp;  ///< estimates per pixel of the reference
+  std::string build;  ///< id of the program's build; environment.json has its switches by it
 
   friend bool operator==(const RunRow&, const RunRow&) = default;
 };

@@ -100,6 +100,7 @@ struct RenderOptions {
   bool keep_all{false};        ///< builds and samples what the scene does not need, too
   std::filesystem::path out;   ///< .exr or .png
   std::filesystem::path maps;  ///< .png of the estimator's maps, or empty
+  bool json{false};            ///< also work, times and build, on stdout
 };
 int render_command(const RenderOptions& options);
 

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
+#include "harness/clocks.h"
 #include "harness/commands/commands.h"
 #include "harness/config_values.h"
 #include "harness/exr.h"
@@ -13,6 +15,7 @@
 #include "harness/plan.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
+#include "harness/render_json.h"
 #include "harness/scene_store.h"
 #include "scenes/core/error.h"
 #include "scenes/core/suggest.h"
@@ -60,6 +63,50 @@ ParamSet params_of(const EstimatorEntry& entry, const std::vector<std::string>& 
 Quantity quantity_of(const std::string& name) {
   if (const std::optional<Quantity> quantity = parse_quantity(name)) return *quantity;
   throw InputError("--quantity: unknown quantity \"" + name + "\"; allowed: radiance, irradiance");
+}
+
+std::unique_ptr<Scene> load_timed(const RenderOptions& options, RenderSetup& setup) {
+  std::optional<std::array<int, 2>> resolution;
+  if (options.resolution.size() == 2) resolution = {options.resolution[0], options.resolution[1]};
+  const Stopwatch watch;
+  SceneDescription description = load_description(scene_path(options.scene), resolution);
+  setup.read_s = watch.wall_s();
+  auto scene = std::make_unique<Scene>(std::move(description), SceneOptions{options.keep_all});
+  setup.build_s = watch.wall_s() - setup.read_s;
+  return scene;
+}
+
+void write_picture(const RenderOptions& options, const Scene& scene, const ShadingPoints& points,
+                   const RenderResult& result) {
+  const Image picture =
+      add_images(result.width, result.height, result.radiance, seen_emission(scene, points));
+  if (options.out.extension() == ".png") {
+    write_png_rgb(options.out, picture, options.exposure);
+  } else {
+    std::vector<ExrLayer> layers = {{"", picture}, {"reflected", result.image()}};
+    for (std::size_t m = 0; m < result.maps.size(); ++m) {
+      layers.push_back({result.map_infos[m].name, result.maps[m]});
+    }
+    write_exr(options.out, layers,
+              {{"estimator", options.estimator},
+               {"quantity", options.quantity},
+               {"spp", std::to_string(options.spp)},
+               {"srl", options.srl},
+               {"seed", std::to_string(options.seed)},
+               {"geometry", scene.traits().geometry},
+               {"scene_hash", scene.content_hash()}});
+  }
+  if (options.maps.empty()) return;
+  if (result.maps.empty()) throw InputError("--maps: this estimator has no maps");
+  write_map_strips(options.maps, result, scene.name() + ", " + options.estimator);
+}
+
+std::string summary_line(const RenderOptions& options, const RenderResult& result) {
+  return fmt::format("{}: {} x {}, {} estimates, {:.1f} rays per estimate, {:.2f} s ({:.2f} s CPU)",
+                     options.out.string(), result.width, result.height, result.counters.estimates,
+                     static_cast<double>(result.counters.rays) /
+                         static_cast<double>(std::max<std::uint64_t>(result.counters.estimates, 1)),
+                     result.time_wall_s, result.time_cpu_s);
 }
 
 }  // namespace
@@ -117,39 +164,17 @@ int render_command(const RenderOptions& options) {
   }
   const RenderSettings settings = render_settings(options);
   const Quantity quantity = quantity_of(options.quantity);
-  std::optional<std::array<int, 2>> resolution;
-  if (options.resolution.size() == 2) resolution = {options.resolution[0], options.resolution[1]};
-  const std::unique_ptr<Scene> scene =
-      load_scene(scene_path(options.scene), resolution, SceneOptions{options.keep_all});
+  RenderSetup setup;
+  const std::unique_ptr<Scene> scene = load_timed(options, setup);
+  const Stopwatch points_watch;
   const ShadingPoints points = make_shading_points(*scene, settings.spp, kCameraSeed, 16, quantity);
+  setup.points_s = points_watch.wall_s();
   RenderResult result = render(*scene, points, settings);
-  const Image picture =
-      add_images(result.width, result.height, result.radiance, seen_emission(*scene, points));
-  if (extension == ".png") {
-    write_png_rgb(options.out, picture, options.exposure);
-  } else {
-    std::vector<ExrLayer> layers = {{"", picture}, {"reflected", result.image()}};
-    for (std::size_t m = 0; m < result.maps.size(); ++m) {
-      layers.push_back({result.map_infos[m].name, result.maps[m]});
-    }
-    write_exr(options.out, layers,
-              {{"estimator", options.estimator},
-               {"quantity", options.quantity},
-               {"spp", std::to_string(options.spp)},
-               {"srl", options.srl},
-               {"seed", std::to_string(options.seed)},
-               {"geometry", scene->traits().geometry},
-               {"scene_hash", scene->content_hash()}});
+  write_picture(options, *scene, points, result);
+  note(summary_line(options, result));
+  if (options.json) {
+    fmt::print("{}\n", render_json(*scene, points, settings, setup, result).dump(2));
   }
-  if (!options.maps.empty()) {
-    if (result.maps.empty()) throw InputError("--maps: this estimator has no maps");
-    write_map_strips(options.maps, result, scene->name() + ", " + options.estimator);
-  }
-  note(fmt::format("{}: {} x {}, {} estimates, {:.1f} rays per estimate, {:.2f} s ({:.2f} s CPU)",
-                   options.out.string(), result.width, result.height, result.counters.estimates,
-                   static_cast<double>(result.counters.rays) /
-                       static_cast<double>(std::max<std::uint64_t>(result.counters.estimates, 1)),
-                   result.time_wall_s, result.time_cpu_s));
   if (result.bad_count > 0) {
     find_causes(*scene, points, settings, result);
     for (const BadEstimate& bad : result.bad) warn(describe(bad));

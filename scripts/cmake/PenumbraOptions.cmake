@@ -30,6 +30,11 @@ else()
 endif()
 if(PENUMBRA_MARCH)
   target_compile_options(penumbra_options INTERFACE -march=${PENUMBRA_MARCH})
+  # GCC 12 takes the undefined registers of its own AVX-512 header, which xxhash uses, for mistakes (GCC bug 105593).
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13
+     AND NOT PENUMBRA_MARCH MATCHES "^x86-64-v[123]$")
+    target_compile_options(penumbra_options INTERFACE -Wno-uninitialized -Wno-maybe-uninitialized)
+  endif()
 endif()
 if(PENUMBRA_SANITIZE)
   target_compile_options(penumbra_options INTERFACE

@@ -33,7 +33,8 @@ TEST(RunColumns, AreThoseOfTheDesignInItsOrder) {
             "mape, mean_error, p_eff, reference_id, reference_share, nonfinite, status, cell, "
             "params, camera_samples, samples, order, failure, reference_mean, reference_mean_se, "
             "reference_floor, image_hash, geometry, attempt, contaminated, load_average, "
-            "steal_share, switches_voluntary, switches_involuntary, relmse_trim, reference_spp");
+            "steal_share, switches_voluntary, switches_involuntary, relmse_trim, reference_spp, "
+            "build");
 }
 
 TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {

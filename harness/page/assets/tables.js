@@ -232,7 +232,7 @@ function fillProvenance() {
   if (environment) {
     const pairs = [];
     for (const [group, content] of Object.entries(environment)) {
-      if (group === "sessions") continue;
+      if (group === "sessions" || group === "builds") continue;
       if (content && typeof content === "object") {
         for (const [name, value] of Object.entries(content)) pairs.push([`${group} ${name}`.replaceAll("_", " "), value]);
       } else {
@@ -240,7 +240,15 @@ function fillProvenance() {
       }
     }
     (environment.sessions ?? []).forEach((session, i) =>
-      pairs.push([`session ${i + 1}`, `${session.started}, commit ${session.commit}, ${session.command_line}`]));
+      pairs.push([`session ${i + 1}`, `${session.started}, commit ${session.commit}, ` +
+        (session.build ? `build ${session.build}, ` : "") + session.command_line]));
+    // The one that is described above is among them.
+    const builds = Object.entries(environment.builds ?? {});
+    if (builds.length > 1) {
+      for (const [id, build] of builds) {
+        pairs.push([`build ${id}`, `commit ${build.commit}, ${build.compiler}, ${build.preset}: ${build.flags}`]);
+      }
+    }
     place.append(facts(pairs));
   } else {
     place.append(element("p", {}, "environment.json is missing: nobody knows what machine and build made these rows."));
