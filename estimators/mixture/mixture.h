@@ -143,6 +143,8 @@ class Mixture {
   void list_active_lights(const ShadingPoint& point) noexcept;
   StreamKey stream(StreamKey key, int component) const noexcept;
   void draw_points(SamplerKind sampler, const StreamKey& key, int component, int count) noexcept;
+  void draw_points_later(const StreamKey& key, int component, int count) noexcept;
+  std::uint32_t begin_run(int component, std::uint32_t count) noexcept;
   void draw_directions() noexcept;
   struct Run;
   void draw_any_light(const Run& run) noexcept;
@@ -150,7 +152,8 @@ class Mixture {
   void fill_light_pdfs() noexcept;
   void fill_pdf_of_all_as_one() noexcept;
   void fill_pdfs_of_many() noexcept;
-  void keep_pdfs_of_many(std::size_t lane, float bsdf, float cone) noexcept;
+  void keep_pdfs_of_many(std::size_t sample, std::size_t lane, float bsdf, float cone) noexcept;
+  void keep_lane(std::size_t lane, std::size_t survivor) noexcept;
   float pdf_w_of_many(std::size_t i, int k) const noexcept;
   void mixture_pdfs_of_many(std::size_t first, std::span<const double> coefficients,
                             std::span<double> density) const noexcept;
@@ -199,6 +202,9 @@ class Mixture {
     std::size_t runs{0};
     std::array<Run, kBlock> run;  // by component
     bool lights_only{true};       // no direction of another component
+    bool points_later{false};     // variates are still to be filled, from the next three
+    StreamKey key;
+    Block<std::uint32_t> stream{}, index{};
     VariateBlock variates;
     VectorBlock wi, wi_local;
     Block<float> own_pdf{}, any_light_pdf{};

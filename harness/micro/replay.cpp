@@ -27,23 +27,18 @@ RecordedRays::RecordedRays(BenchTile& tile, Estimator& estimator, const Tile& jo
     estimator.estimate(job, first_seed + i, out);
     tile.scene->set_recorder(nullptr);
   }
-  std::size_t largest = 0;
-  for (const RayBatch& batch : recorder.batches) {
-    if (batch.size() == 0) continue;
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-      rays_.push_back({batch.origin(i), batch.direction(i)});
-    }
-    sizes_.push_back(batch.size());
-    largest = std::max(largest, batch.size());
-  }
-  batch_ = std::make_unique<RayBatch>(largest);
+  rays_ = std::move(recorder);
+  const auto largest = std::max_element(rays_.batch_sizes.begin(), rays_.batch_sizes.end());
+  batch_ = std::make_unique<RayBatch>(largest == rays_.batch_sizes.end() ? 0 : *largest);
 }
 
 void RecordedRays::trace(const Scene& scene) {
-  const Ray* ray = rays_.data();
-  for (const std::size_t size : sizes_) {
+  std::size_t ray = 0;
+  for (const std::size_t size : rays_.batch_sizes) {
     batch_->clear();
-    for (std::size_t i = 0; i < size; ++i, ++ray) batch_->add(ray->origin, ray->direction);
+    for (std::size_t i = 0; i < size; ++i, ++ray) {
+      batch_->add(rays_.origins[ray], rays_.directions[ray]);
+    }
     scene.intersect(*batch_);
   }
 }

@@ -66,14 +66,10 @@ class RecordedRays {
                std::vector<Rgb>& radiance);
 
   void trace(const Scene& scene);
-  std::size_t size() const noexcept { return rays_.size(); }
+  std::size_t size() const noexcept { return rays_.origins.size(); }
 
  private:
-  struct Ray {
-    Vec3 origin, direction;
-  };
-  std::vector<Ray> rays_;
-  std::vector<std::size_t> sizes_;  // of the batches
+  RayRecorder rays_;
   std::unique_ptr<RayBatch> batch_;
 };
 

@@ -72,8 +72,10 @@ class RayBatch {
 /// (BareRays). For one thread.
 struct RayRecorder {
   std::vector<Vec3> origins, directions;  ///< [ray]
+  std::vector<std::size_t> batch_sizes;   ///< rays of each batch that has any
 
   void add(const RayBatch& batch) {
+    if (batch.size() > 0) batch_sizes.push_back(batch.size());
     for (std::size_t i = 0; i < batch.size(); ++i) {
       origins.push_back(batch.origin(i));
       directions.push_back(batch.direction(i));

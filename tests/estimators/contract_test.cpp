@@ -119,11 +119,15 @@ std::unique_ptr<Estimator> create(const Case& c, const Scene& scene) {
   return c.entry->create(scene, c.params, budget_of(c));
 }
 
+Tile tile_of(const ShadingPoints& points, const TileRect& rect) {
+  return {rect.x0, rect.y0,        rect.width, rect.height, points.width, points.camera_samples,
+          kSpp,    points.of(rect)};
+}
+
 // Runs one tile and scatters its results to the image.
 void run_tile(Estimator& estimator, const ShadingPoints& points, const TileRect& rect,
               std::uint64_t seed, bool with_maps, Image& image, EstimateCounters& counters) {
-  Tile tile{rect.x0, rect.y0,        rect.width, rect.height, points.width, points.camera_samples,
-            kSpp,    points.of(rect)};
+  const Tile tile = tile_of(points, rect);
   const std::size_t maps = with_maps ? estimator.maps().size() : 0;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   std::vector<Rgb> radiance(tile.estimate_count(), Rgb(nan));
@@ -322,6 +326,35 @@ TEST_P(Contract, MapsAreWrittenForEveryEstimateAndDoNotChangeTheRadiance) {
   EXPECT_TRUE(same_bits(image, render(c(), scene_, points_)));
   ASSERT_EQ(image.maps.size(), image.radiance.size() * maps);
   for (const float value : image.maps) ASSERT_TRUE(std::isfinite(value));
+}
+
+TEST_P(Contract, TellsItsStagesToAClockAndDoesNotChangeABit) {
+  const Image expected = render(c(), scene_, points_);
+  const std::unique_ptr<Estimator> estimator = create(c(), scene_);
+  const TileRect& rect = points_.tiles[points_.tiles.size() / 2];
+  const Tile tile = tile_of(points_, rect);
+  std::vector<Rgb> radiance(tile.estimate_count());
+  TileOutput out;
+  out.radiance = radiance;
+  StageClock clock;
+  out.clock = &clock;
+  estimator->estimate(tile, kSeed, out);
+  for (int pixel = 0; pixel < tile.pixel_count(); ++pixel) {
+    const std::size_t place = std::size_t{tile.pixel_index(pixel)} * kSpp;
+    ASSERT_EQ(std::memcmp(&radiance[static_cast<std::size_t>(pixel) * kSpp],
+                          &expected.radiance[place], kSpp * sizeof(Rgb)),
+              0);
+  }
+  const auto entered = [&](EstimateStage stage) {
+    return clock.entered()[static_cast<std::size_t>(stage)];
+  };
+  EXPECT_EQ(entered(EstimateStage::SetUp), out.counters.estimates);
+  EXPECT_EQ(entered(EstimateStage::Outside), 1u);
+  EXPECT_GE(entered(EstimateStage::Trace), 1u);
+  EXPECT_GE(entered(EstimateStage::Sample), entered(EstimateStage::Trace));
+  // One that learns nothing has nothing to adapt.
+  const bool learns = c().entry->adaptive || c().entry->shares_in_tile;
+  EXPECT_EQ(entered(EstimateStage::Adapt) > 0, learns);
 }
 
 INSTANTIATE_TEST_SUITE_P(AllEstimators, Contract, ::testing::ValuesIn(cases()),

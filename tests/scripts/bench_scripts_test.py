@@ -1,4 +1,4 @@
-"""Tests of scripts/bench-scaling and scripts/bench-presets: their arithmetic, and their quick forms
+"""Tests of scripts/bench, scripts/bench-scaling and scripts/bench-presets: their arithmetic, and their quick forms
 on a build. Times are never judged: tests run on busy machines.
 
 Usage: bench_scripts_test.py BUILD_DIR
@@ -138,6 +138,55 @@ class Presets(unittest.TestCase):
         self.assertEqual(call("bench-presets", "--program", "a=/nowhere", "--program",
                               "b=/nowhere").returncode, 2)
         self.assertEqual(call("bench-presets", "--program", "nowhere").returncode, 2)
+
+
+class Bench(unittest.TestCase):
+    """The targets on made-up costs, and the quick form on the build."""
+
+    @staticmethod
+    def cost(estimator: str, rays: float, total: float, adapt: float, limit: float) -> dict:
+        """What `penumbra inspect` would say of Buddha."""
+        return {"scene": "buddha", "estimator": estimator, "rays": rays, "total_ns": total,
+                "stages_ns": {"adapt": adapt}, "share_of_limit": limit / total}
+
+    def verdicts(self, mis: dict, pmc_hi: dict) -> list[str]:
+        """Limit of mis, limit, adaptation and time per ray of pmc_hi."""
+        bench = module_of("bench")
+        targets = bench.Targets()
+        bench.judge_costs([mis, pmc_hi], ("buddha",), targets)
+        return [row["verdict"] for row in targets.rows]
+
+    def test_targets_are_judged_on_both_sides_of_their_limits(self) -> None:
+        """Each number just on one side, then on the other."""
+        self.assertEqual(self.verdicts(self.cost("mis", 10, 1000, 0, 600),
+                                       self.cost("pmc_hi", 10, 1100, 55, 550)), ["met"] * 4)
+        self.assertEqual(self.verdicts(self.cost("mis", 10, 1000, 0, 599),
+                                       self.cost("pmc_hi", 10, 1101, 56, 550)), ["missed"] * 4)
+
+    def test_times_of_a_plan_are_read(self) -> None:
+        """As `penumbra plan` prints them."""
+        seconds = module_of("bench").seconds
+        self.assertAlmostEqual(seconds("references   1 h 2 min 3 s"), 3723.0)
+        self.assertAlmostEqual(seconds("references   2.5 s"), 2.5)
+        with self.assertRaises(programs.RunFailed):
+            seconds("references")
+
+    def test_quick_form_writes_table_and_measurements(self) -> None:
+        """Every target of one scene has a row, and every cost its stages and bare times."""
+        with tempfile.TemporaryDirectory() as folder:
+            done = call("bench", "--quick", "--only", "costs", "--build-dir", BUILD_DIR, "--out",
+                        folder)
+            self.assertIn(done.returncode, (0, 1), done.stdout + done.stderr)
+            with (pathlib.Path(folder) / "targets.csv").open(encoding="utf-8") as stream:
+                rows = list(csv.DictReader(stream))
+            data = json.loads((pathlib.Path(folder) / "bench.json").read_text(encoding="utf-8"))
+        self.assertEqual([row["verdict"] in ("met", "missed") for row in rows], [True] * 4)
+        self.assertEqual([c["estimator"] for c in data["costs"]], ["mis", "pmc_hi"])
+        for cost in data["costs"]:
+            self.assertEqual(set(cost["stages_ns"]),
+                             {"outside", "set_up", "sample", "trace", "weigh", "adapt"})
+            self.assertGreater(min(cost["bare_ns"].values()), 0.0)
+            self.assertGreater(cost["bare_fast_flags_ns"], 0.0)
 
 
 class Scaling(unittest.TestCase):
