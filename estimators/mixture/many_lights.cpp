@@ -37,15 +37,14 @@ void Mixture::fill_pdfs_of_many() noexcept {
   many.lane_first[drawn_.count] = next;
 }
 
-void Mixture::keep_pdfs_of_many(std::size_t sample, std::size_t lane, float bsdf,
-                                float cone) noexcept {
+void Mixture::keep_pdfs_of_many(std::size_t lane, float bsdf, float cone) noexcept {
   ManyLights& many = *many_;
   const std::span<const LightDensity> densities = many.lane(lane);
-  if (sample == 0) many.first[0] = 0;
-  std::copy(densities.begin(), densities.end(), &many.densities[many.first[sample]]);
-  many.first[sample + 1] = many.first[sample] + densities.size();
-  many.bsdf[sample] = bsdf;
-  many.cone[sample] = cone;
+  if (size_ == 0) many.first[0] = 0;
+  std::copy(densities.begin(), densities.end(), &many.densities[many.first[size_]]);
+  many.first[size_ + 1] = many.first[size_] + densities.size();
+  many.bsdf[size_] = bsdf;
+  many.cone[size_] = cone;
 }
 
 float Mixture::pdf_w_of_many(std::size_t i, int k) const noexcept {

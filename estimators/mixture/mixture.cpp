@@ -10,6 +10,31 @@
 namespace penumbra {
 namespace {
 
+constexpr float kOneMinusEpsilon = 1.0f - 0x1p-24f;
+
+// Lanes [at, at + count) of `world` in the frame, and back.
+void to_local(const Frame& frame, const VectorBlock& world, std::size_t at, std::size_t count,
+              VectorBlock& __restrict local) noexcept {
+  const Frame f = frame;
+  for (std::size_t i = at; i < at + whole_groups(count); ++i) {
+    const Vec3 w = f.to_local(world[i]);
+    local.x[i] = w.x;
+    local.y[i] = w.y;
+    local.z[i] = w.z;
+  }
+}
+
+void to_world(const Frame& frame, const VectorBlock& local, std::size_t at, std::size_t count,
+              VectorBlock& __restrict world) noexcept {
+  const Frame f = frame;
+  for (std::size_t i = at; i < at + whole_groups(count); ++i) {
+    const Vec3 w = f.to_world(local[i]);
+    world.x[i] = w.x;
+    world.y[i] = w.y;
+    world.z[i] = w.z;
+  }
+}
+
 // A direction's own density is the one it was drawn with, which need not round like the one
 // evaluated.
 void take_own_pdf(const Block<int>& component, int own, const Block<float>& own_pdf,
@@ -20,16 +45,6 @@ void take_own_pdf(const Block<int>& component, int own, const Block<float>& own_
 }
 
 }  // namespace
-
-float Cone::pdf_w(const Vec3& wi) const noexcept {
-  if (!active()) return 0.0f;
-  // By the chord |wi - axis| <= 2 sin(beta/2): exact where the cosine of a narrow cone rounds to 1.
-  return (wi - axis).length2() <= 2.0f * one_minus_cos ? uniform_cone_pdf_w(one_minus_cos) : 0.0f;
-}
-
-double Cone::half_angle() const noexcept {
-  return 2.0 * std::asin(std::sqrt(0.5 * static_cast<double>(one_minus_cos)));
-}
 
 Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_as_one,
                  std::size_t max_samples, Densities densities)
@@ -122,6 +137,100 @@ void Mixture::draw(SamplerKind sampler, StreamKey key, std::span<const int> coun
   enter(EstimateStage::Weigh);
 }
 
+// Streams: a light's scene index; then all lights as one or the BSDF for all lights; the cone; the
+// BSDF of each light's pair. Lights that are left out at a point do not shift the numbers of the
+// others.
+StreamKey Mixture::stream(StreamKey key, int component) const noexcept {
+  const auto lights = static_cast<std::uint32_t>(scene_->lights().size());
+  const std::uint32_t* active_id = active_ids_.data() + first_light_;
+  if (component == cone_component()) {
+    key.component = lights + 1;
+  } else if (component == bsdf_component()) {
+    key.component = restricted_ ? lights + 3 + *active_id : lights;
+  } else {
+    key.component = lights_as_one_ ? lights + 2 : active_id[component];
+  }
+  return key;
+}
+
+void Mixture::draw_points(SamplerKind sampler, const StreamKey& key, int component,
+                          int count) noexcept {
+  counters_.samples += static_cast<std::uint64_t>(count);
+  const auto total = static_cast<std::uint32_t>(count);
+  const PointSet points(sampler, key, total);
+  const bool is_light = component < light_components();
+  const bool with_choice =
+      is_light ? lights_as_one_ || proposal(component).uses_choice() : bsdf_.uses_choice();
+  for (std::uint32_t done = 0; done < total;) {
+    if (drawn_.count == kBlock) keep_block();
+    const auto at = static_cast<std::uint32_t>(drawn_.count);
+    const std::uint32_t n = std::min(total - done, static_cast<std::uint32_t>(kBlock) - at);
+    points.fill(done, n, with_choice, drawn_.variates, at);
+    std::fill_n(drawn_.component.begin() + at, n, component);
+    drawn_.lights_only = drawn_.lights_only && is_light;
+    drawn_.run[drawn_.runs++] = {component, at, n};
+    drawn_.count += n;
+    done += n;
+  }
+}
+
+// Turns the points at hand into directions in world and local coordinates, and their own densities
+// except the BSDF's. Run by run, in ascending order: loops over whole groups leave what has no
+// meaning in the lanes of the next.
+void Mixture::draw_directions() noexcept {
+  std::size_t lights = 0;  // lanes of lights, which are the first
+  std::size_t r = 0;
+  for (; r < drawn_.runs && drawn_.run[r].component < light_components(); ++r) {
+    const Run& run = drawn_.run[r];
+    if (lights_as_one_) {
+      draw_any_light(run);
+    } else {
+      proposal(run.component)
+          .sample(drawn_.variates, run.count, run.first, drawn_.wi, drawn_.own_pdf);
+    }
+    lights += run.count;
+  }
+  to_local(frame_, drawn_.wi, 0, lights, drawn_.wi_local);
+  for (; r < drawn_.runs; ++r) {
+    const Run& run = drawn_.run[r];
+    if (run.component == cone_component()) {
+      draw_cone(run);
+    } else {
+      bsdf_.sample(drawn_.variates, run.count, run.first, drawn_.wi_local);
+      to_world(frame_, drawn_.wi_local, run.first, run.count, drawn_.wi);
+    }
+  }
+}
+
+void Mixture::draw_any_light(const Run& run) noexcept {
+  const auto n = static_cast<double>(active_.size());
+  for (std::size_t i = run.first; i < run.first + run.count; ++i) {
+    Variates v = drawn_.variates[i];
+    const float scaled = v.choice * static_cast<float>(n);
+    const auto light = std::min(static_cast<std::size_t>(scaled), active_.size() - 1);
+    v.choice = std::min(scaled - static_cast<float>(light), kOneMinusEpsilon);
+    const LightSample s = active_[light].sample(v).value_or(LightSample{});
+    auto pdf = static_cast<double>(s.pdf_w);
+    for_each_met(s.wi, [&](std::size_t other) {
+      if (other != light) pdf += static_cast<double>(active_[other].pdf_w(s.wi));
+    });
+    drawn_.wi.set(i, s.wi);
+    drawn_.own_pdf[i] = static_cast<float>(pdf / n);
+    drawn_.light[i] = static_cast<int>(light);
+  }
+}
+
+void Mixture::draw_cone(const Run& run) noexcept {
+  const Frame about_axis(cone_.axis);
+  const float pdf = uniform_cone_pdf_w(cone_.one_minus_cos);
+  for (std::size_t i = run.first; i < run.first + run.count; ++i) {
+    const Vec3 local = sample_uniform_cone(drawn_.variates[i].u, cone_.one_minus_cos);
+    drawn_.wi.set(i, about_axis.to_world(local).normalized());
+    drawn_.own_pdf[i] = pdf;
+  }
+  to_local(frame_, drawn_.wi, run.first, run.count, drawn_.wi_local);
+}
+
 // Densities of the light components as far as they are wanted, and in any_light_pdf a number that
 // is positive where one of them is.
 void Mixture::fill_light_pdfs() noexcept {
@@ -175,33 +284,6 @@ std::size_t Mixture::list_survivors() noexcept {
   return survivors;
 }
 
-// Makes a sample and a ray of a lane, unless f is black.
-// @param survivor  its place among the lanes whose f was evaluated
-inline void Mixture::keep_lane(std::size_t lane, std::size_t survivor) noexcept {
-  const Rgb f_cos(drawn_.f_cos[survivor]);
-  if (is_black(f_cos)) return;
-  const std::size_t at = size_++;
-  const Vec3 wi = drawn_.wi[lane];
-  const int component = drawn_.component[lane];
-  const float bsdf_pdf = drawn_.bsdf_pdf[survivor];
-  const float own = component == bsdf_component() ? bsdf_pdf : drawn_.own_pdf[lane];
-  own_pdf_[at] = own;
-  component_[at] = component;
-  light_[at] = lights_as_one_ ? drawn_.light[lane] : first_light_ + component;
-  wi_.set(at, wi);
-  f_[at] = f_cos;
-  rays_.add(point_.position, wi);
-  if (record_ != nullptr) record_index_[at] = record_lane_[lane];
-  if (densities_ == Densities::Own) return;
-  const float cone_pdf = component == cone_component() ? own : cone_.pdf_w(wi);
-  if (many_ != nullptr) return keep_pdfs_of_many(at, lane, bsdf_pdf, cone_pdf);
-  const auto lights = static_cast<std::size_t>(light_components());
-  float* pdf = &pdfs_[at];
-  for (std::size_t k = 0; k < lights; ++k) pdf[k * stride_] = light_pdfs_[k][lane];
-  pdf[lights * stride_] = bsdf_pdf;
-  pdf[(lights + 1) * stride_] = cone_pdf;
-}
-
 // Turns the directions at hand into samples and rays.
 void Mixture::keep_block() noexcept {
   draw_directions();
@@ -212,10 +294,34 @@ void Mixture::keep_block() noexcept {
     drawn_.survivor_local.set(i, drawn_.wi_local[drawn_.survivors[i]]);
   }
   bsdf_.evaluate(drawn_.survivor_local, survivors, drawn_.f_cos, drawn_.bsdf_pdf);
-  for (std::size_t i = 0; i < survivors; ++i) keep_lane(drawn_.survivors[i], i);
+  const auto lights = static_cast<std::size_t>(light_components());
+  for (std::size_t i = 0; i < survivors; ++i) {
+    const Rgb f_cos(drawn_.f_cos[i]);
+    if (is_black(f_cos)) continue;
+    const std::size_t lane = drawn_.survivors[i];
+    const Vec3 wi = drawn_.wi[lane];
+    const int component = drawn_.component[lane];
+    const float own = component == bsdf_component() ? drawn_.bsdf_pdf[i] : drawn_.own_pdf[lane];
+    if (densities_ == Densities::All && many_ != nullptr) {
+      keep_pdfs_of_many(lane, drawn_.bsdf_pdf[i],
+                        component == cone_component() ? own : cone_.pdf_w(wi));
+    } else if (densities_ == Densities::All) {
+      float* pdf = &pdfs_[size_];
+      for (std::size_t k = 0; k < lights; ++k) pdf[k * stride_] = light_pdfs_[k][lane];
+      pdf[lights * stride_] = drawn_.bsdf_pdf[i];
+      pdf[(lights + 1) * stride_] = component == cone_component() ? own : cone_.pdf_w(wi);
+    }
+    own_pdf_[size_] = own;
+    component_[size_] = component;
+    light_[size_] = lights_as_one_ ? drawn_.light[lane] : first_light_ + component;
+    wi_.set(size_, wi);
+    f_[size_] = f_cos;
+    if (record_ != nullptr) record_index_[size_] = record_lane_[lane];
+    rays_.add(point_.position, wi);
+    ++size_;
+  }
   drawn_.count = 0;
   drawn_.runs = 0;
-  drawn_.points_later = false;
   drawn_.lights_only = true;
 }
 

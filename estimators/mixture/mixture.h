@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -11,6 +12,7 @@
 #include "estimators/mixture/exact_light.h"
 #include "estimators/mixture/many_lights.h"
 #include "scenes/core/block.h"
+#include "scenes/core/warp.h"
 
 /// The multi-sample mixture that the estimators share: one component per light (or one for all
 /// lights), one for the BSDF, and an optional cone. It draws directions, evaluates the components'
@@ -29,9 +31,16 @@ struct Cone {
 
   bool active() const noexcept { return one_minus_cos > 0.0f; }
   /// [rad]; 0 when inactive
-  double half_angle() const noexcept;
+  double half_angle() const noexcept {
+    return 2.0 * std::asin(std::sqrt(0.5 * static_cast<double>(one_minus_cos)));
+  }
   /// Density 1/(2 pi (1 - cos beta)) inside, 0 outside [1/sr].
-  float pdf_w(const Vec3& wi) const noexcept;
+  float pdf_w(const Vec3& wi) const noexcept {
+    if (!active()) return 0.0f;
+    // By the chord |wi - axis| <= 2 sin(beta/2): exact where the cosine of a narrow cone rounds to
+    // 1.
+    return (wi - axis).length2() <= 2.0f * one_minus_cos ? uniform_cone_pdf_w(one_minus_cos) : 0.0f;
+  }
 };
 
 /// Which densities a sample gets.
@@ -143,8 +152,6 @@ class Mixture {
   void list_active_lights(const ShadingPoint& point) noexcept;
   StreamKey stream(StreamKey key, int component) const noexcept;
   void draw_points(SamplerKind sampler, const StreamKey& key, int component, int count) noexcept;
-  void draw_points_later(const StreamKey& key, int component, int count) noexcept;
-  std::uint32_t begin_run(int component, std::uint32_t count) noexcept;
   void draw_directions() noexcept;
   struct Run;
   void draw_any_light(const Run& run) noexcept;
@@ -152,8 +159,7 @@ class Mixture {
   void fill_light_pdfs() noexcept;
   void fill_pdf_of_all_as_one() noexcept;
   void fill_pdfs_of_many() noexcept;
-  void keep_pdfs_of_many(std::size_t sample, std::size_t lane, float bsdf, float cone) noexcept;
-  void keep_lane(std::size_t lane, std::size_t survivor) noexcept;
+  void keep_pdfs_of_many(std::size_t lane, float bsdf, float cone) noexcept;
   float pdf_w_of_many(std::size_t i, int k) const noexcept;
   void mixture_pdfs_of_many(std::size_t first, std::span<const double> coefficients,
                             std::span<double> density) const noexcept;
@@ -202,9 +208,6 @@ class Mixture {
     std::size_t runs{0};
     std::array<Run, kBlock> run;  // by component
     bool lights_only{true};       // no direction of another component
-    bool points_later{false};     // variates are still to be filled, from the next three
-    StreamKey key;
-    Block<std::uint32_t> stream{}, index{};
     VariateBlock variates;
     VectorBlock wi, wi_local;
     Block<float> own_pdf{}, any_light_pdf{};

@@ -161,7 +161,8 @@ struct Mixing {
     return i ^ (i >> half);
   }
 
-  // A final rotation by an almost uniform amount makes every image uniform whatever mixing does.
+  // A final rotation by an almost uniform amount makes every image uniform whatever the mixing
+  // does.
   std::uint32_t rotation() const noexcept {
     const std::uint32_t bits = (seed ^ (seed >> 15)) * 0x85ebca6bu;
     return below(bits ^ (bits >> 13), n);
@@ -327,19 +328,6 @@ void PointSet::fill_independent(std::uint32_t first, std::uint32_t count,
                                 const Lanes& out) const noexcept {
   for (std::uint32_t i = 0; i < count; ++i) {
     const Words words = philox(key_, first + i);
-    out.x[i] = unit_float(words[0]);
-    out.y[i] = unit_float(words[1]);
-    out.choice[i] = unit_float(words[2]);
-  }
-}
-
-void fill_independent(const StreamKey& key, const Block<std::uint32_t>& component,
-                      const Block<std::uint32_t>& index, std::size_t count,
-                      VariateBlock& out) noexcept {
-  StreamKey own = key;
-  for (std::size_t i = 0; i < count; ++i) {
-    own.component = component[i];
-    const Words words = philox(own, index[i]);
     out.x[i] = unit_float(words[0]);
     out.y[i] = unit_float(words[1]);
     out.choice[i] = unit_float(words[2]);

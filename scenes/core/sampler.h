@@ -88,14 +88,6 @@ class PointSet {
   StreamKey key_;
 };
 
-/// Points of several independent sets at once, whose keys differ in the component only: lane i gets
-/// point index[i] of the set of component[i], with the same bits as from its PointSet. For many
-/// sets of few points, where making each set costs as much as its points.
-/// @param count  lanes, <= kBlock
-void fill_independent(const StreamKey& key, const Block<std::uint32_t>& component,
-                      const Block<std::uint32_t>& index, std::size_t count,
-                      VariateBlock& out) noexcept;
-
 /// Bijection of [0, n) chosen by a seed; uniform in its image for every index.
 /// Source of the idea (invertible mixing with cycle walking): Kensler 2013, "Correlated
 /// multi-jittered sampling".
