@@ -10,7 +10,9 @@
 namespace penumbra {
 namespace {
 
-constexpr int kRounds = 3;
+// Many short ones: most of them are over before the thread has to wait for another program, and the
+// medians leave out the others.
+constexpr int kRounds = 9;
 
 // A plan that was made again may have given the cell other numbers.
 bool is_of(const StageRow& row, const Cell& cell) {

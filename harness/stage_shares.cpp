@@ -37,8 +37,8 @@ std::array<double, kStages> shares_of(const StageClock& clock, double ticks_per_
 }
 
 constexpr int kPlaces = 32;
-constexpr int kLargestSide = 8;                   // [pixels]
-constexpr double kSamples = 1 << 19;              // 0.1 to 0.5 s
+constexpr int kLargestSide = 8;  // [pixels]
+constexpr double kSamples = 1 << 16;
 constexpr int kTries = 32 * kPlaces;              // to find places where something is seen
 constexpr double kStep[2] = {0.754877666246693,   // of the additive recurrence R2, the inverse of
                              0.569840290998053};  // the plastic number and its square
