@@ -69,7 +69,7 @@ CostSplit measure_cost_split(Scene& scene, const ShadingPoints& points,
     if (bare_fast) bare_fast->time();
   }
 
-  CostSplit split{stages.medians()};
+  CostSplit split{stages.result()};
   const auto estimates =
       static_cast<double>(std::max<std::uint64_t>(1, recorded.counters.estimates));
   const double to_ns = 1e9 / estimates;

@@ -10,9 +10,8 @@
 namespace penumbra {
 namespace {
 
-// Many short ones: most of them are over before the thread has to wait for another program, and the
-// medians leave out the others.
-constexpr int kRounds = 9;
+// Many short ones: some are over before the thread has to wait for another program.
+constexpr int kRounds = 16;
 
 // A plan that was made again may have given the cell other numbers.
 bool is_of(const StageRow& row, const Cell& cell) {
@@ -56,7 +55,7 @@ StageRow Experiment::measure_stages_of(const Cell& cell, const StageWork& work) 
   settings.spp = work.spp;
   StageTimes times(*scenes_[cell.scene].scene, work.points, settings);
   for (int round = 0; round < kRounds; ++round) times.render_both();
-  const StageShares shares = times.medians();
+  const StageShares shares = times.result();
   StageRow row;
   put_cell(cell, scenes_[cell.scene].config->name, row);
   row.ns = shares.total_ns;

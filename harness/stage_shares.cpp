@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "harness/statistics.h"
 #include "harness/tile.h"
@@ -23,20 +24,21 @@ double least_ticks_per_change() {
   return least;
 }
 
-// Shares of the stages in the time inside and around estimates.
-std::array<double, kStages> shares_of(const StageClock& clock, double ticks_per_change) {
-  std::array<double, kStages> shares{};
-  double total = 0.0;
+// Ticks of the stages, inside and around estimates.
+std::array<double, kStages> ticks_of(const StageClock& clock, double ticks_per_change) {
+  std::array<double, kStages> ticks{};
   for (std::size_t s = 0; s < kStages; ++s) {
     const double changes = static_cast<double>(clock.entered()[s]);
-    shares[s] = std::max(static_cast<double>(clock.spent()[s]) - ticks_per_change * changes, 0.0);
-    total += shares[s];
+    ticks[s] = std::max(static_cast<double>(clock.spent()[s]) - ticks_per_change * changes, 0.0);
   }
-  for (double& share : shares) share /= total;
-  return shares;
+  return ticks;
 }
 
-constexpr int kPlaces = 32;
+double sum_of(const std::array<double, kStages>& ticks) {
+  return std::accumulate(ticks.begin(), ticks.end(), 0.0);
+}
+
+constexpr int kPlaces = 64;
 constexpr int kLargestSide = 8;  // [pixels]
 constexpr double kSamples = 1 << 16;
 constexpr int kTries = 32 * kPlaces;              // to find places where something is seen
@@ -96,20 +98,19 @@ void StageTimes::render_both() {
   RenderSettings clocked = settings_;
   clocked.clock = &clock;
   render(scene_, points_, clocked);
-  const std::array<double, kStages> shares = shares_of(clock, ticks_per_change_);
-  for (std::size_t s = 0; s < kStages; ++s) shares_[s].push_back(shares[s]);
+  const std::array<double, kStages> ticks = ticks_of(clock, ticks_per_change_);
+  if (total_s_.size() == 1 || sum_of(ticks) < sum_of(least_ticks_)) least_ticks_ = ticks;
 }
 
-StageShares StageTimes::medians() const {
+StageShares StageTimes::result() const {
   const auto estimates = static_cast<double>(std::max<std::uint64_t>(1, counters_.estimates));
   StageShares result;
   result.samples = static_cast<double>(counters_.samples) / estimates;
   result.rays = static_cast<double>(counters_.rays) / estimates;
   result.lit = static_cast<double>(counters_.lit) / estimates;
   result.total_ns = median(total_s_) * 1e9 / estimates;
-  double sum = 0.0;
-  for (std::size_t s = 0; s < kStages; ++s) sum += result.stage_ns[s] = median(shares_[s]);
-  for (double& share : result.stage_ns) share *= result.total_ns / sum;
+  const double ns_per_tick = result.total_ns / sum_of(least_ticks_);
+  for (std::size_t s = 0; s < kStages; ++s) result.stage_ns[s] = least_ticks_[s] * ns_per_tick;
   return result;
 }
 

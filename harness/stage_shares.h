@@ -26,7 +26,8 @@ struct StageShares {
 };
 
 /// Renders the same work with the clock, for the shares, and without it, for the time that they are
-/// of. The clock runs on while the thread is not scheduled, which meets the stages by their length.
+/// of. The clock runs on while the thread waits for another program, and counts that for the stage
+/// that it meets; so the shares are those of the rendering that took least.
 class StageTimes {
  public:
   /// @param scene, points  outlive this
@@ -35,9 +36,8 @@ class StageTimes {
 
   void render_both();
 
-  /// Medians over all calls of render_both, of which there must be one; those of the shares are
-  /// scaled to add up to one.
-  StageShares medians() const;
+  /// Of all calls of render_both, of which there must be one; the total is their median.
+  StageShares result() const;
 
  private:
   const Scene& scene_;
@@ -46,7 +46,7 @@ class StageTimes {
   double ticks_per_change_;
   EstimateCounters counters_;  // of one rendering
   std::vector<double> total_s_;
-  std::array<std::vector<double>, kStages> shares_;
+  std::array<double, kStages> least_ticks_{};  // [EstimateStage], of the shortest with the clock
 };
 
 /// A part of an image that takes a bounded time.
@@ -55,7 +55,7 @@ struct StageWork {
   int spp{1};  ///< estimates per pixel
 };
 
-/// Squares of up to 8 x 8 pixels at up to 32 places that are spread evenly over the image; places
+/// Squares of up to 8 x 8 pixels at up to 64 places that are spread evenly over the image; places
 /// where nothing is seen are left out. The squares are as large as the bound allows. Estimators may
 /// learn over the estimates of a pixel, so `spp` stays as it is unless single pixels are too much.
 /// @param spp                   estimates per pixel of a run, >= camera samples
