@@ -124,7 +124,7 @@ test("where the time goes is shown by ray, by estimate and as shares, and missin
   const axis = () => figure.locator("svg .role-axis-title").first().textContent();
   const stages = ["trace", "sample", "weigh", "adapt", "set up", "between estimates"];
   assert.deepEqual((await figure.locator("svg .role-legend-label text").allTextContents()).sort(), [...stages].sort());
-  assert.equal(await figure.locator("svg .mark-rect.role-mark path").count(), 2 * stages.length, "a bar per method");
+  assert.equal(await figure.locator("svg .mark-rect.role-mark path").count(), 4 * stages.length, "a bar per method and sampler");
   const ray = await axis();
   await figure.locator("select").selectOption("share");
   assert.notEqual(await axis(), ray);
