@@ -61,7 +61,7 @@ CostSplit measure_cost_split(Scene& scene, const ShadingPoints& points,
   BareRound bare(scene.rays(), recorder);
   std::optional<BareRound> bare_fast;
   if (fast != nullptr) bare_fast.emplace(fast->rays(), recorder);
-  StageTimes stages(scene, points, settings);
+  StageTimer stages(scene, points, settings);
   for (int round = 0; round < rounds; ++round) {
     stages.render_both();
     const DenormalMode mode(settings.denormals);

@@ -53,7 +53,7 @@ void Experiment::measure_stages() {
 StageRow Experiment::measure_stages_of(const Cell& cell, const StageWork& work) const {
   RenderSettings settings = render_settings(cell, run_seed(config_, cell, 0), 1);
   settings.spp = work.spp;
-  StageTimes times(*scenes_[cell.scene].scene, work.points, settings);
+  StageTimer times(*scenes_[cell.scene].scene, work.points, settings);
   for (int round = 0; round < kRounds; ++round) times.render_both();
   const StageShares shares = times.result();
   StageRow row;

@@ -81,7 +81,7 @@ std::string_view to_string(EstimateStage stage) {
   return kNames[static_cast<std::size_t>(stage)];
 }
 
-StageTimes::StageTimes(const Scene& scene, const ShadingPoints& points,
+StageTimer::StageTimer(const Scene& scene, const ShadingPoints& points,
                        const RenderSettings& settings)
     : scene_(scene),
       points_(points),
@@ -90,7 +90,7 @@ StageTimes::StageTimes(const Scene& scene, const ShadingPoints& points,
   PN_CHECK(settings.threads == 1, "a clock is for one thread");
 }
 
-void StageTimes::render_both() {
+void StageTimer::render_both() {
   const RenderResult plain = render(scene_, points_, settings_);
   total_s_.push_back(plain.time_cpu_s);
   counters_ = plain.counters;
@@ -102,7 +102,7 @@ void StageTimes::render_both() {
   if (total_s_.size() == 1 || sum_of(ticks) < sum_of(least_ticks_)) least_ticks_ = ticks;
 }
 
-StageShares StageTimes::result() const {
+StageShares StageTimer::result() const {
   const auto estimates = static_cast<double>(std::max<std::uint64_t>(1, counters_.estimates));
   StageShares result;
   result.samples = static_cast<double>(counters_.samples) / estimates;

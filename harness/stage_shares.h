@@ -28,11 +28,11 @@ struct StageShares {
 /// Renders the same work with the clock, for the shares, and without it, for the time that they are
 /// of. The clock runs on while the thread waits for another program, and counts that for the stage
 /// that it meets; so the shares are those of the rendering that took least.
-class StageTimes {
+class StageTimer {
  public:
   /// @param scene, points  outlive this
   /// @param settings       `threads` must be 1
-  StageTimes(const Scene& scene, const ShadingPoints& points, const RenderSettings& settings);
+  StageTimer(const Scene& scene, const ShadingPoints& points, const RenderSettings& settings);
 
   void render_both();
 
