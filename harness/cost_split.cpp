@@ -8,42 +8,11 @@
 #include <vector>
 
 #include "harness/clocks.h"
+#include "harness/statistics.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
 namespace {
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-// What one change of stages costs in ticks: the least over a few rows of changes.
-double ticks_per_change() {
-  constexpr int kChanges = 4096;
-  double least = 1e9;
-  for (int row = 0; row < 8; ++row) {
-    StageClock clock;
-    for (int i = 0; i < kChanges; ++i) clock.enter(EstimateStage::Sample);
-    const auto spent = clock.spent()[static_cast<std::size_t>(EstimateStage::Sample)];
-    least = std::min(least, static_cast<double>(spent) / (kChanges - 1));
-  }
-  return least;
-}
-
-// Shares of the stages in the time inside and around estimates.
-std::array<double, kStages> shares_of(const StageClock& clock, double change) {
-  std::array<double, kStages> shares{};
-  double total = 0.0;
-  for (std::size_t s = 0; s < kStages; ++s) {
-    const double changes = static_cast<double>(clock.entered()[s]);
-    shares[s] = std::max(static_cast<double>(clock.spent()[s]) - change * changes, 0.0);
-    total += shares[s];
-  }
-  for (double& share : shares) share /= total;
-  return shares;
-}
 
 // CPU time of an action on this thread [s].
 template <typename Action>
@@ -80,12 +49,6 @@ class BareRound {
 
 }  // namespace
 
-std::string_view to_string(EstimateStage stage) {
-  constexpr std::array<std::string_view, kStages> kNames{"outside", "set_up", "sample",
-                                                         "trace",   "weigh",  "adapt"};
-  return kNames[static_cast<std::size_t>(stage)];
-}
-
 double CostSplit::limit_ns() const { return *std::min_element(bare_ns.begin(), bare_ns.end()); }
 
 CostSplit measure_cost_split(Scene& scene, const ShadingPoints& points,
@@ -98,38 +61,24 @@ CostSplit measure_cost_split(Scene& scene, const ShadingPoints& points,
   BareRound bare(scene.rays(), recorder);
   std::optional<BareRound> bare_fast;
   if (fast != nullptr) bare_fast.emplace(fast->rays(), recorder);
-  const double change = ticks_per_change();
-
-  std::vector<double> totals;
-  std::array<std::vector<double>, kStages> shares;
+  StageTimer stages(scene, points, settings);
   for (int round = 0; round < rounds; ++round) {
-    totals.push_back(render(scene, points, settings).time_cpu_s);
-    StageClock clock;
-    RenderSettings clocked = settings;
-    clocked.clock = &clock;
-    render(scene, points, clocked);
-    const std::array<double, kStages> of_round = shares_of(clock, change);
-    for (std::size_t s = 0; s < kStages; ++s) shares[s].push_back(of_round[s]);
+    stages.render_both();
     const DenormalMode mode(settings.denormals);
     bare.time();
     if (bare_fast) bare_fast->time();
   }
 
-  CostSplit split;
+  CostSplit split{stages.result()};
   const auto estimates =
       static_cast<double>(std::max<std::uint64_t>(1, recorded.counters.estimates));
-  split.samples = static_cast<double>(recorded.counters.samples) / estimates;
-  split.rays = static_cast<double>(recorded.counters.rays) / estimates;
-  split.lit = static_cast<double>(recorded.counters.lit) / estimates;
   const double to_ns = 1e9 / estimates;
-  split.total_ns = median(totals) * to_ns;
   split.bare_ns = bare.medians_s();
   for (double& time : split.bare_ns) time *= to_ns;
   if (bare_fast) {
     const std::array<double, kBareQueries> times = bare_fast->medians_s();
     split.fast_flags_ns = *std::min_element(times.begin(), times.end()) * to_ns;
   }
-  for (std::size_t s = 0; s < kStages; ++s) split.stage_ns[s] = median(shares[s]) * split.total_ns;
   return split;
 }
 

@@ -105,6 +105,10 @@ RunOutcome Experiment::run() {
     run_blocks(outcome);
   }
   if (!outcome.interrupted) {
+    const Stage stage(stages_, "where the time goes");
+    measure_stages();
+  }
+  if (!outcome.interrupted) {
     const Stage stage(stages_, "pictures");
     write_pictures();
   }
@@ -133,6 +137,8 @@ void Experiment::open_folder() {
     }
   }
   if (before != config_.resolved_json) write_file_atomically(resolved, config_.resolved_json);
+  const std::filesystem::path stage_table = options_.out / "stages.csv";
+  if (std::filesystem::exists(stage_table)) stage_rows_ = read_stage_rows(stage_table);
   const std::filesystem::path environment = options_.out / "environment.json";
   write_file_atomically(environment,
                         environment_json({threads_, options_.command_line, config_.resolved_json},

@@ -10,8 +10,11 @@
 #include "harness/plan.h"
 #include "harness/reference.h"
 #include "harness/run_row.h"
+#include "harness/stage_shares.h"
+#include "harness/stage_table.h"
 
-/// Running an experiment: references, plan, blocks of runs with one appended row each, pictures.
+/// Running an experiment: references, plan, blocks of runs with one appended row each, shares of
+/// the stages of an estimate, pictures.
 /// What the output folder already holds is not done again.
 namespace penumbra {
 
@@ -46,7 +49,7 @@ class Experiment {
   const std::vector<LoadedScene>& scenes() const { return scenes_; }
   const ExperimentConfig& config() const { return config_; }
 
-  /// References, plan, blocks and pictures; tables are made of the rows (report.h).
+  /// References, plan, blocks, stages and pictures; tables are made of the rows (report.h).
   /// @throws InputError when the folder holds the results of another experiment
   RunOutcome run();
 
@@ -62,6 +65,8 @@ class Experiment {
   void run_blocks(RunOutcome& outcome);
   void warm_up(const Cell& cell);
   RunRow measure(const Cell& cell, int block, int order, int attempt);
+  void measure_stages();
+  StageRow measure_stages_of(const Cell& cell, const StageWork& work) const;
   void write_pictures();
   void write_cell_pictures(const Cell& cell);
   void write_events(const RunRow& row, const Cell& cell, const RenderResult& result);
@@ -74,6 +79,7 @@ class Experiment {
   std::vector<LoadedScene> scenes_;
   std::vector<Cell> cells_;
   std::vector<std::optional<Reference>> references_;  // [scene]
+  std::vector<StageRow> stage_rows_;                  // of stages.csv
   std::vector<StageTime> stages_;
   bool warm_{false};
 };

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "harness/build_info.h"
+#include "harness/cell_row.h"
 #include "harness/experiment.h"
 #include "harness/keys.h"
 #include "harness/metric_columns.h"
@@ -93,25 +94,13 @@ RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) 
   RunRow row;
   row.run_id = run_id(cell, block, attempt);
   row.attempt = attempt;
-  row.scene = scene.config->name;
-  row.label = cell.label;
-  row.estimator = std::string(cell.estimator->name);
-  row.sampler = std::string(to_string(cell.sampler));
-  row.spp = cell.spp;
-  row.srl = cell.srl.total();
-  row.srl_initial = cell.srl.initial;
-  row.srl_adaptive = cell.srl.adaptive;
-  if (cell.params.values().count("population") != 0)
-    row.population = cell.params.integer("population");
-  row.budget_s = cell.budget_s;
+  put_cell(cell, scene.config->name, row);
   row.block = block;
   row.seed = run_seed(config_, cell, block);
   row.geometry = scene.scene->traits().geometry;
   row.width = scene.points.width;
   row.height = scene.points.height;
   row.threads = threads_;
-  row.cell = cell.id;
-  row.params = cell.params_text;
   row.camera_samples = scene.points.camera_samples;
   row.order = order;
   row.reference_id = reference.id;

@@ -12,6 +12,7 @@
 #include "harness/clocks.h"
 #include "harness/commands/commands.h"
 #include "harness/scene_store.h"
+#include "harness/statistics.h"
 #include "scenes/core/images/image_module.h"
 #include "scenes/core/models/model_file.h"
 #include "scenes/core/module.h"
@@ -28,11 +29,6 @@ constexpr int kMostSrl = 18;
 // Samples of one rendering, and of one estimate, that are enough to measure.
 constexpr double kSamplesOfRendering = 1e6;
 constexpr int kSamplesOfEstimate = 64;
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 double resident_bytes() {
   std::ifstream statm("/proc/self/statm");

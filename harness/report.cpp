@@ -96,11 +96,16 @@ Report make_report(const std::filesystem::path& folder, ReplicatePictures pictur
   const PlanFile planned = read_part(plan, "rows of cells that the config no longer has are shown",
                                      report.missing, read_plan_file);
   report.rows = read_part(measurements, "nothing was measured", report.missing, read_run_rows).rows;
+  report.stages = read_part(folder / "stages.csv",
+                            "where the time of estimates goes is not known; another `penumbra run` "
+                            "into this folder measures it",
+                            report.missing, read_stage_rows);
   if (!planned.cells.empty()) {
     std::set<std::string> current;
     for (const PlannedCell& cell : planned.cells) current.insert(cell.id);
-    report.stale_rows =
-        std::erase_if(report.rows, [&](const RunRow& row) { return current.count(row.cell) == 0; });
+    const auto is_stale = [&](const auto& row) { return current.count(row.cell) == 0; };
+    report.stale_rows = std::erase_if(report.rows, is_stale);
+    std::erase_if(report.stages, is_stale);
   }
   if (report.config.name.empty()) report.config.name = folder.filename().string();
   if (report.config.baseline.empty() && !report.rows.empty()) {

@@ -207,6 +207,13 @@ std::optional<double> detectable_effect(double p_eff_a, double p_eff_b, double t
   return detectable_effect(std::sqrt(variance / static_cast<double>(blocks)), blocks);
 }
 
+double median(std::vector<double> values) {
+  PN_CHECK(!values.empty(), "there is no middle of nothing");
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 std::vector<double> holm_adjusted(std::span<const double> p) {
   for (const double value : p) PN_CHECK(value >= 0 && value <= 1, "a p value lies in [0, 1]");
   std::vector<std::size_t> order(p.size());

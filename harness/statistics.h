@@ -36,6 +36,9 @@ class Welford {
   double sum_of_squares_{0};  // of deviations from the mean
 };
 
+/// The middle value, of an even number the upper of the two. @param values  not empty
+double median(std::vector<double> values);
+
 /// Quantile of Student's t.
 /// @param probability         in (0, 1)
 /// @param degrees_of_freedom  > 0, not necessarily whole

@@ -90,11 +90,11 @@ Json crops_json(const ExperimentConfig& config) {
 
 /// The raw data beside the page.
 Json files_json(const std::filesystem::path& folder) {
-  constexpr std::array kNames{"measurements.csv",     "efficiency.csv", "efficiency.json",
-                              "efficiency.md",        "efficiency.tex", "curves.csv",
-                              "curve_points.csv",     "aggregate.csv",  "ecdf.csv",
-                              "config.resolved.json", "plan.lock.json", "environment.json",
-                              "events.txt",           "stability.csv"};
+  constexpr std::array kNames{"measurements.csv", "efficiency.csv",       "efficiency.json",
+                              "efficiency.md",    "efficiency.tex",       "curves.csv",
+                              "curve_points.csv", "aggregate.csv",        "ecdf.csv",
+                              "stages.csv",       "config.resolved.json", "plan.lock.json",
+                              "environment.json", "events.txt",           "stability.csv"};
   Json list = Json::array();
   for (const char* name : kNames) {
     std::error_code fault;
@@ -133,6 +133,7 @@ Json page_data(const std::filesystem::path& folder, const Report& report,
   json["aggregate"] = table(aggregate_table_columns(), tables.aggregate);
   json["ecdf"] = table(ecdf_table_columns(), tables.ecdf);
   json["runs"] = table(run_table_columns(), report.rows);
+  json["stages"] = table(stage_table_columns(), report.stages);
   json["images"] = images_json(images);
   json["crops"] = crops_json(report.config);
   json["exposure"] = report.config.images.exposure;

@@ -118,6 +118,30 @@ test("the value under the pointer is that of the EXR file", async () => {
   }
 });
 
+test("where the time goes is shown by ray, by estimate and as shares, and missing where it was not measured", async () => {
+  const { page, faults } = await open(results);
+  const figure = page.locator("figure", { hasText: "Where the time goes: checkerboard" });
+  const axis = () => figure.locator("svg .role-axis-title").first().textContent();
+  const stages = ["trace", "sample", "weigh", "adapt", "set up", "between estimates"];
+  assert.deepEqual((await figure.locator("svg .role-legend-label text").allTextContents()).sort(), [...stages].sort());
+  assert.equal(await figure.locator("svg .mark-rect.role-mark path").count(), 4 * stages.length, "a bar per method and sampler");
+  const ray = await axis();
+  await figure.locator("select").selectOption("share");
+  assert.notEqual(await axis(), ray);
+  assert.match(await axis(), /%/);
+  await figure.screenshot({ path: "stages.png" });
+  assert.deepEqual(faults, []);
+
+  const copy = join(temporary, "without-stages");
+  cpSync(results, copy, { recursive: true });
+  rmSync(join(copy, "stages.csv"));
+  run("report", copy);
+  const without = await open(copy);
+  assert.match(await without.page.locator("#missing").textContent(), /stages\.csv/);
+  assert.equal(await without.page.locator("figure", { hasText: "Where the time goes" }).count(), 0);
+  assert.deepEqual(without.faults, []);
+});
+
 test("the theme changes and plots follow", async () => {
   const { page } = await open(results, { colorScheme: "light" });
   const look = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);

@@ -4,8 +4,10 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "harness/run_row.h"
+#include "harness/stage_table.h"
 #include "tests/e2e/command_line_fixture.h"
 
 namespace penumbra {
@@ -71,6 +73,57 @@ TEST_F(ReportCommand, PageHasTheTablesAndPicturesWhateverTheSummarySays) {
   EXPECT_EQ(references, 1);
   EXPECT_GT(maps, 0) << "PMC-HI has maps of its mixture";
   EXPECT_EQ(read_text(root_ / "out/report.html").find("<b> &"), std::string::npos);
+}
+
+TEST_F(ReportCommand, SharesOfTheStagesAreMeasuredOncePerCell) {
+  run_checkerboard("stages");
+  const fs::path file = root_ / "out/stages.csv";
+  const std::vector<StageRow> rows = read_stage_rows(file);
+  ASSERT_EQ(rows.size(), 2u);
+  for (const StageRow& row : rows) {
+    double sum = 0.0;
+    for (const double share :
+         {row.trace, row.sample, row.weigh, row.adapt, row.set_up, row.outside}) {
+      EXPECT_GE(share, 0.0) << row.label;
+      sum += share;
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-12) << row.label;
+    EXPECT_GT(row.trace, 0.0) << row.label;
+    EXPECT_GT(row.ns, 0.0) << row.label;
+    EXPECT_GT(row.rays, 0.0) << row.label;
+  }
+  EXPECT_EQ(rows[0].label, "MIS");
+  EXPECT_EQ(rows[0].adapt, 0.0) << "nothing adapts";
+  EXPECT_GT(rows[1].adapt, 0.0) << "PMC-HI does";
+  EXPECT_EQ(page_data()["stages"]["rows"].size(), 2u);
+
+  // Times of another measurement would differ.
+  const std::string before = read_text(file);
+  ASSERT_EQ(run("run report.json --out out").code, 0);
+  EXPECT_EQ(read_text(file), before);
+  std::ofstream(file) << to_csv(std::span(rows).first(1));
+  ASSERT_EQ(run("run report.json --out out").code, 0);
+  const std::vector<StageRow> again = read_stage_rows(file);
+  ASSERT_EQ(again.size(), 2u);
+  EXPECT_EQ(again[0], rows[0]) << "kept";
+  EXPECT_EQ(again[1].cell, rows[1].cell) << "measured again";
+}
+
+TEST_F(ReportCommand, ReportWithoutStagesSaysSo) {
+  run_checkerboard("no stages");
+  fs::remove(root_ / "out/stages.csv");
+  const Outcome outcome = run("report out");
+  EXPECT_EQ(outcome.code, 0) << outcome.output;
+  EXPECT_NE(outcome.output.find("stages.csv: where the time of estimates goes is not known"),
+            std::string::npos)
+      << outcome.output;
+  EXPECT_NE(page_data()["missing"].dump().find("stages.csv"), std::string::npos);
+  EXPECT_EQ(page_data()["efficiency"]["rows"].size(), 2u);
+
+  std::ofstream(root_ / "out/stages.csv") << "scene,label\n";
+  EXPECT_EQ(run("report out").code, 0);
+  EXPECT_NE(page_data()["missing"].dump().find("missing columns"), std::string::npos);
+  EXPECT_EQ(run("run report.json --out out").code, 2) << "nothing is overwritten";
 }
 
 TEST_F(ReportCommand, PartialAndMalformedFoldersSayWhatIsMissing) {

@@ -187,6 +187,11 @@ TEST(LogEfficiencyRatio, ReferenceFloorIsCommonToBothSides) {
   EXPECT_NEAR(log_efficiency_ratio(unequal, options).log->standard_error.value(), 0.025, 1e-15);
 }
 
+TEST(Median, IsTheMiddleValue) {
+  EXPECT_EQ(median({3.0, 1.0, 2.0}), 2.0);
+  EXPECT_EQ(median({4.0, 1.0, 3.0, 2.0}), 3.0) << "the upper of two";
+}
+
 TEST(HolmAdjusted, MatchesHandComputation) {
   // Sorted: .005 x 4, .01 x 3, .03 x 2, then .04 x 1 raised to the one before.
   const std::vector<double> adjusted = holm_adjusted(std::vector<double>{0.01, 0.04, 0.03, 0.005});

@@ -182,6 +182,64 @@ function costSpec(width) {
   return groupedBars(values, "ns", "CPU time per traced ray [ns]", width, "format(datum.ns, '.4~r') + ' ns'");
 }
 
+// Told apart with all common colour-vision deficiencies (Tol's light scheme), and no estimator's.
+const kStages = [
+  { column: "trace", name: "trace", color: "#77aadd" }, { column: "sample", name: "sample", color: "#44bb99" },
+  { column: "weigh", name: "weigh", color: "#eedd88" }, { column: "adapt", name: "adapt", color: "#ee8866" },
+  { column: "set_up", name: "set up", color: "#ffaabb" }, { column: "outside", name: "between estimates", color: "#dddddd" },
+];
+
+/** What the bars of stagesSpec add up to, for a row of stages.csv; nothing where it has no value. */
+const kStageTotals = {
+  "per ray": { title: "CPU time per traced ray [ns]", of: (row) => row.rays > 0 ? row.ns / row.rays : null },
+  "per estimate": { title: "CPU time per estimate [ns]", of: (row) => row.ns },
+  "share": { title: "Share of an estimate's CPU time [%]", of: () => 100 },
+};
+
+/** The rows of stages.csv of a scene that stand for their methods. */
+function stageRows(scene) {
+  const cells = new Set(headlineRows().filter(({ row }) => row.scene === scene).flatMap(({ row }) => runsOf(row).map((run) => run.cell)));
+  return report.stages.rows.filter((row) => cells.has(row.cell));
+}
+
+/** Where the time of estimates goes, one bar per method. @param total  of kStageTotals */
+function stagesSpec(scene, total, width) {
+  const { title, of } = kStageTotals[total];
+  const values = [];
+  for (const row of stageRows(scene)) {
+    const length = of(row);
+    if (!isNumber(length)) continue;
+    let from = 0;
+    for (const { column, name } of kStages) {
+      const to = from + length * row[column];
+      values.push({ method: methodName(row), stage: name, from, to, share: row[column], ns: row.ns * row[column], srl: srlText(row) });
+      from = to;
+    }
+  }
+  const names = methods.filter((m) => values.some((v) => v.method === m));
+  return {
+    width: Math.max(220, width - 60), height: 34 * names.length, padding: 5, config: plotConfig(),
+    data: [{ name: "values", values }],
+    scales: [
+      { name: "x", type: "linear", domain: [0, Math.max(...values.map((v) => v.to))], range: "width" },
+      { name: "y", type: "band", domain: names, range: "height", padding: 0.2 },
+      { name: "fill", type: "ordinal", domain: kStages.map((s) => s.name), range: kStages.map((s) => s.color) },
+    ],
+    axes: [{ scale: "x", orient: "bottom", title, grid: true, gridOpacity: 0.6, tickCount: 6, labelOverlap: true },
+      { scale: "y", orient: "left", ticks: false, domain: false, labelLimit: 180 }],
+    legends: [{ fill: "fill", orient: "bottom", columns: Math.max(2, Math.floor(width / 130)), symbolType: "square" }],
+    marks: [
+      { type: "rect", from: { data: "values" }, encode: { update: { x: { scale: "x", field: "from" }, x2: { scale: "x", field: "to" },
+        y: { scale: "y", field: "method" }, height: { scale: "y", band: 1 }, fill: { scale: "fill", field: "stage" },
+        tooltip: { signal: "{'method': datum.method, 'SRL': datum.srl, 'stage': datum.stage, 'share': format(datum.share, '.1%'), " +
+          "'per estimate': format(datum.ns, '.3~r') + ' ns'}" } } } },
+      { type: "text", from: { data: "values" }, encode: { update: { x: { signal: "(scale('x', datum.from) + scale('x', datum.to)) / 2" },
+        y: { scale: "y", field: "method", band: 0.5 }, align: { value: "center" }, baseline: { value: "middle" }, fill: { value: "#111111" },
+        text: { signal: "scale('x', datum.to) - scale('x', datum.from) > 34 ? format(datum.share, '.0%') : ''" } } } },
+    ],
+  };
+}
+
 function groupedBars(values, field, title, width, text) {
   const names = methods.filter((m) => values.some((v) => v.name === m));
   return {

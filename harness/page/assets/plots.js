@@ -56,6 +56,14 @@ function addMeasuredFigures(grid) {
   }
   addFigure(grid, "What a ray costs", "cost-per-ray", costSpec,
     { note: "CPU time of the whole estimate over its shadow rays: tracing, sampling, densities and adaptation together." });
+  for (const scene of scenes) {
+    if (!stageRows(scene).length) continue;
+    let total = "per ray";
+    const select = choice("Length of the bars", Object.keys(kStageTotals), (value) => { total = value; draw(); });
+    const draw = addFigure(grid, `Where the time goes: ${scene}`, `stages-${scene}`,
+      (width) => stagesSpec(scene, total, width), { controls: [select], scene,
+        note: "One thread, a part of the image, apart from the blocks (stages.csv). Weigh: densities and weights of the mixture; adapt: learning from samples." });
+  }
   if (report.curves.rows.length) {
     for (const scene of scenes) {
       if (!rows.some((row) => row.scene === scene && biasOf(row))) continue;
