@@ -48,7 +48,7 @@ void largest_remainder(std::span<const double> alpha, int total, const StreamKey
     }
     if (equals > 1) {
       const std::uint32_t bits = random_bits(key);
-      for (std::size_t k = 0; k < best; ++k) {
+      for (std::size_t k = 0, last = best; k < last; ++k) {
         if (owed(k) >= most_owed - kTie && tie_rank(bits, k) > tie_rank(bits, best)) best = k;
       }
     }
