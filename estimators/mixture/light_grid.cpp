@@ -5,21 +5,38 @@
 
 namespace penumbra {
 
-LightGrid::LightGrid(std::size_t lights) : ranges_(lights), listed_(lights * kMaxCells + 1) {
+LightGrid::LightGrid(std::size_t lights)
+    : bands_(bands_for(lights)),
+      sectors_(2 * bands_),
+      half_bands_(0.5f * static_cast<float>(bands_)),
+      quarter_sectors_(0.25f * static_cast<float>(sectors_)),
+      ranges_(lights),
+      listed_(lights * kListedPerLight + 1),
+      first_(cell(bands_, 0) + 2) {
   wide_.reserve(lights);
+}
+
+int LightGrid::bands_for(std::size_t lights) noexcept {
+  std::size_t bands = kMinBands;
+  while (2 * bands * bands < kCellsPerLight * lights) bands *= 2;
+  return static_cast<int>(bands);
 }
 
 void LightGrid::build(std::span<const LightProposal> lights) noexcept {
   wide_.clear();
-  first_.fill(0);
+  std::fill(first_.begin(), first_.end(), 0u);
+  const std::size_t most = cell(bands_, 0) / kLeastShare;
+  std::size_t room = listed_.size() - 1;
   // Counts two places on, so that filling leaves the first index of each cell in its place.
   for (std::size_t l = 0; l < lights.size(); ++l) {
     Range& r = ranges_[l];
     r = range(lights[l].directions());
-    if ((r.last_band - r.band + 1) * r.sectors > kMaxCells) {
+    const std::size_t cells = r.cells();
+    if (cells > std::min(most, room)) {
       wide_.push_back(static_cast<std::uint32_t>(l));
       r.sectors = 0;
     } else {
+      room -= cells;
       for_each_cell(r, [&](std::size_t c) { ++first_[c + 2]; });
     }
   }
@@ -30,10 +47,10 @@ void LightGrid::build(std::span<const LightProposal> lights) noexcept {
   }
 }
 
-LightGrid::Range LightGrid::range(const DirectionCone& cone) noexcept {
+LightGrid::Range LightGrid::range(const DirectionCone& cone) const noexcept {
   // Wider than the rounding of directions and of the arithmetic here [rad].
   constexpr float kSlack = 1e-4f;
-  Range r;
+  Range r{0, bands_ - 1, 0, sectors_};
   const float depth = cone.one_minus_cos;
   if (!(depth < 0.9f)) return r;
   const float sine = std::sqrt(depth * (2.0f - depth)) + kSlack;
@@ -53,7 +70,7 @@ LightGrid::Range LightGrid::range(const DirectionCone& cone) noexcept {
   const float turn_cosine = std::sqrt(1.0f - turn_sine * turn_sine);
   r.sector = sector(turn(x * turn_cosine + y * turn_sine, y * turn_cosine - x * turn_sine));
   const int last = sector(turn(x * turn_cosine - y * turn_sine, y * turn_cosine + x * turn_sine));
-  r.sectors = (last - r.sector + kSectors) % kSectors + 1;
+  r.sectors = ((last - r.sector) & (sectors_ - 1)) + 1;
   return r;
 }
 

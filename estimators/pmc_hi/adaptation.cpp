@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 
 #include "estimators/mixture/estimates.h"
 #include "scenes/core/error.h"
@@ -12,6 +13,11 @@ namespace {
 
 // Shortest mean resultant for which a mean direction is meaningful.
 constexpr double kMinResultant = 1e-3;
+// What is owed to equals differs by no more.
+constexpr double kTie = 1e-9;
+// Up to so many components, a search of the largest per sample is faster than what costs less for
+// many.
+constexpr std::size_t kFewComponents = 16;
 
 double unit(std::uint32_t bits) noexcept { return static_cast<double>(bits) * 0x1p-32; }
 
@@ -24,36 +30,61 @@ std::uint32_t tie_rank(std::uint32_t bits, std::size_t component) noexcept {
   return x ^ (x >> 16);
 }
 
+// What a component is owed beyond the whole part of its product N alpha_k.
+double fraction(double product) noexcept { return product - static_cast<int>(product); }
+
+// give_one_by_one for many components, in linear time: those that are owed clearly more than the
+// rest-th largest get one each, and its equals share what is left by their ranks. The counts serve
+// as the list to search in.
+// @param rest  samples beyond the whole parts, > 0
+// @return false, with counts of no meaning, where the order of giving matters: near the rest-th
+//         largest, not all that differ by less than some kTie are equals of all others
+bool give_at_once(std::span<const double> alpha, int total, int rest, const StreamKey& key,
+                  std::span<int> counts) noexcept {
+  if (rest > static_cast<int>(counts.size())) return false;
+  const auto owed = [&](int k) { return fraction(total * alpha[static_cast<std::size_t>(k)]); };
+  std::iota(counts.begin(), counts.end(), 0);
+  const auto last = counts.begin() + (rest - 1);
+  std::nth_element(counts.begin(), last, counts.end(),
+                   [&](int a, int b) { return owed(a) > owed(b); });
+  const double level = owed(*last);
+  // Margins beside kTie, so that no rounding of the comparisons there matters here.
+  constexpr double kNear = 3.0 * kTie;
+  if (!(level > kNear)) return false;
+  int equals = 0;
+  for (int k = 0; k < static_cast<int>(alpha.size()); ++k) {
+    const double above = owed(k) - level;
+    if (above > kNear) --rest;
+    if (!(std::abs(above) <= kNear)) continue;
+    if (!(std::abs(above) <= 0.25 * kTie)) return false;
+    counts[static_cast<std::size_t>(equals++)] = k;
+  }
+  std::uint32_t bits = 0;
+  std::uint32_t lowest_rank = 0;
+  if (rest < equals) {
+    bits = random_bits(key);
+    const auto rank = [&](int k) { return tie_rank(bits, static_cast<std::size_t>(k)); };
+    std::nth_element(counts.begin(), counts.begin() + (rest - 1), counts.begin() + equals,
+                     [&](int a, int b) { return rank(a) > rank(b); });
+    lowest_rank = rank(counts[static_cast<std::size_t>(rest) - 1]);
+  }
+  for (std::size_t k = 0; k < alpha.size(); ++k) {
+    const double product = total * alpha[k];
+    const double above = fraction(product) - level;
+    const bool gets = above > kNear || (above >= -kNear && tie_rank(bits, k) >= lowest_rank);
+    counts[k] = static_cast<int>(product) + (gets ? 1 : 0);
+  }
+  return true;
+}
+
 void largest_remainder(std::span<const double> alpha, int total, const StreamKey& key,
                        std::span<int> counts) noexcept {
-  constexpr double kTie = 1e-9;
-  int assigned = 0;
-  for (std::size_t k = 0; k < alpha.size(); ++k) {
-    counts[k] = static_cast<int>(total * alpha[k]);
-    assigned += counts[k];
+  if (alpha.size() > kFewComponents) {
+    int rest = total;
+    for (const double a : alpha) rest -= static_cast<int>(total * a);
+    if (rest > 0 && give_at_once(alpha, total, rest, key, counts)) return;
   }
-  // Each remaining sample goes to the component that is owed most; among equals, to the one that a
-  // random ranking puts first, so that every one of them is equally likely. What is owed adds up to
-  // at least 1, so a component of weight 0 is never the one.
-  const auto owed = [&](std::size_t k) { return total * alpha[k] - counts[k]; };
-  for (; assigned < total; ++assigned) {
-    double most_owed = 0.0;
-    for (std::size_t k = 0; k < alpha.size(); ++k) most_owed = std::max(most_owed, owed(k));
-    std::size_t equals = 0;
-    std::size_t best = 0;
-    for (std::size_t k = 0; k < alpha.size(); ++k) {
-      const bool equal = owed(k) >= most_owed - kTie;
-      best = equal ? k : best;
-      equals += equal ? 1 : 0;
-    }
-    if (equals > 1) {
-      const std::uint32_t bits = random_bits(key);
-      for (std::size_t k = 0; k < best; ++k) {
-        if (owed(k) >= most_owed - kTie && tie_rank(bits, k) > tie_rank(bits, best)) best = k;
-      }
-    }
-    ++counts[best];
-  }
+  give_one_by_one(alpha, total, key, counts);
 }
 
 void multinomial(std::span<const double> alpha, int total, const StreamKey& key,
@@ -130,9 +161,6 @@ double half_angle(BetaRule rule, double depth, double mean_square_angle) noexcep
   return 0.0;
 }
 
-// Below so many components, a search of the largest per sample is faster than a bisection.
-constexpr std::size_t kFewComponents = 16;
-
 // What raise_to_minimum says, sample by sample. The first of equals gives.
 void take_from_largest(std::span<int> counts, int minimum) noexcept {
   const std::size_t cone = counts.size() - 1;
@@ -195,6 +223,38 @@ void lower_to_level(std::span<int> counts, int minimum, std::int64_t wanted) noe
 }
 
 }  // namespace
+
+void give_one_by_one(std::span<const double> alpha, int total, StreamKey key,
+                     std::span<int> counts) noexcept {
+  key.component = kRoundingComponent;
+  int assigned = 0;
+  for (std::size_t k = 0; k < alpha.size(); ++k) {
+    counts[k] = static_cast<int>(total * alpha[k]);
+    assigned += counts[k];
+  }
+  // Each remaining sample goes to the component that is owed most; among equals, to the one that a
+  // random ranking puts first, so that every one of them is equally likely. What is owed adds up to
+  // at least 1, so a component of weight 0 is never the one.
+  const auto owed = [&](std::size_t k) { return total * alpha[k] - counts[k]; };
+  for (; assigned < total; ++assigned) {
+    double most_owed = 0.0;
+    for (std::size_t k = 0; k < alpha.size(); ++k) most_owed = std::max(most_owed, owed(k));
+    std::size_t equals = 0;
+    std::size_t best = 0;
+    for (std::size_t k = 0; k < alpha.size(); ++k) {
+      const bool equal = owed(k) >= most_owed - kTie;
+      best = equal ? k : best;
+      equals += equal ? 1 : 0;
+    }
+    if (equals > 1) {
+      const std::uint32_t bits = random_bits(key);
+      for (std::size_t k = 0, last = best; k < last; ++k) {
+        if (owed(k) >= most_owed - kTie && tie_rank(bits, k) > tie_rank(bits, best)) best = k;
+      }
+    }
+    ++counts[best];
+  }
+}
 
 void round_counts(Rounding rounding, std::span<const double> alpha, int total, StreamKey key,
                   std::span<int> counts) noexcept {

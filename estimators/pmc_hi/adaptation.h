@@ -34,6 +34,12 @@ enum class BetaRule : std::uint8_t {
 void round_counts(Rounding rounding, std::span<const double> alpha, int total, StreamKey key,
                   std::span<int> counts) noexcept;
 
+/// Rounding::LargestRemainder by its rule: each sample left over goes to the component that is owed
+/// most, among equals by a random ranking. `round_counts` gives the same, without the square of the
+/// number of components that this takes.
+void give_one_by_one(std::span<const double> alpha, int total, StreamKey key,
+                     std::span<int> counts) noexcept;
+
 /// Raises every component but the last (the cone) to `minimum`, taking each time from the largest
 /// count that does not fall below its own minimum (0 for the cone). The sum stays.
 /// @param counts  with a sum of at least minimum x (length - 1)

@@ -94,6 +94,52 @@ RC_GTEST_PROP(RoundCounts, LargestRemainderIsANearestPointOfTheCounts, ()) {
   }
 }
 
+// Weights of 17 to 120 components and a last that takes the rest: of few values, so that most are
+// equal; one in four is moved by less than what equals may differ by, or little more.
+std::vector<double> many_weights(int total) {
+  const auto size = *rc::gen::inRange<std::size_t>(17, 120);
+  const auto pairs = *rc::gen::container<std::vector<std::pair<int, int>>>(
+      size, rc::gen::pair(rc::gen::inRange(0, 4), rc::gen::inRange(0, 40)));
+  std::vector<double> alpha;
+  double left = 1.0;
+  for (const auto& [value, shift] : pairs) {
+    const double shifted = shift < 10 ? shift * 4e-10 / total : 0.0;
+    alpha.push_back(value == 0 ? 0.0 : value / (4.0 * static_cast<double>(size)) + shifted);
+    left -= alpha.back();
+  }
+  alpha.push_back(left);
+  return alpha;
+}
+
+RC_GTEST_PROP(RoundCounts, OfManyComponentsAreTheOnesGivenOneByOne, ()) {
+  const int total = *rc::gen::inRange(1, 400);
+  const std::vector<double> alpha = many_weights(total);
+  const int key = *rc::gen::inRange(0, 1 << 20);
+  Counts expected(alpha.size());
+  give_one_by_one(alpha, total, key_of(key), expected);
+  RC_ASSERT(counts_of(Rounding::LargestRemainder, alpha, total, key) == expected);
+}
+
+TEST(RoundCounts, OfEqualWeightsAreTheOnesGivenOneByOne) {
+  for (const std::size_t m : {17u, 100u, 1001u}) {
+    std::vector<double> alpha(m + 1, 1.0 / static_cast<double>(m));
+    alpha.back() = 0.0;
+    Counts first;
+    int different = 0;
+    for (int key = 0; key < 50; ++key) {
+      const int total = static_cast<int>(m) + static_cast<int>(m) * key / 50;
+      Counts expected(alpha.size());
+      give_one_by_one(alpha, total, key_of(key), expected);
+      const Counts counts = counts_of(Rounding::LargestRemainder, alpha, total, key);
+      ASSERT_EQ(counts, expected) << m << " " << total;
+      ASSERT_EQ(sum(counts), total);
+      // Negative control: the ranks are of the key, so that another key gives other counts.
+      different += counts_of(Rounding::LargestRemainder, alpha, total, key + 1000) != counts;
+    }
+    EXPECT_GT(different, 40) << m;
+  }
+}
+
 RC_GTEST_PROP(RaiseToMinimum, KeepsTheSumRaisesAllButTheConeAndTakesNoMoreThanNeeded, ()) {
   const std::vector<double> alpha = *weights_gen();
   const int minimum = *rc::gen::inRange(0, 4);
