@@ -26,9 +26,9 @@ std::map<std::string, std::string> timeless_rows(const fs::path& file) {
     row.steal_share.reset();
     row.switches_voluntary.reset();
     row.switches_involuntary.reset();
-    // Other load on the machine makes a run be tried again, with the same image.
+    // Other load on the machine flags a run, which is then tried again.
+    if (row.attempt > 0) continue;
     row.contaminated.clear();
-    row.attempt = 0;
     result[row.run_id] = csv_line(run_record(row));
   }
   return result;
