@@ -3,7 +3,9 @@ import dataclasses
 import json
 import os
 import pathlib
+import shlex
 import subprocess
+import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -72,6 +74,15 @@ def estimators(program: pathlib.Path) -> list[dict]:
         raise RunFailed(f"{program} list estimators failed: {done.stderr}")
     found = json.loads(done.stdout)
     return found["estimators"] if isinstance(found, dict) else found
+
+
+def command_line() -> str:
+    """The call of this script, without the folder of its results, which may move."""
+    words = list(sys.argv)
+    if "--out" in words:
+        at = words.index("--out")
+        del words[at:at + 2]
+    return shlex.join(words)
 
 
 def machine() -> dict:

@@ -72,6 +72,9 @@ def draw_panel(axes: "pyplot.Axes", panel: dict) -> None:
         middle = (low * high)**0.5
         low, high = middle / 10**0.5, middle * 10**0.5
     low, high = low / 1.25, high * 1.25
+    # Room for the legend below the lowest curve, a share of the axis.
+    legend = 0.02 + 0.066 * len(panel["curves"])
+    low /= (high / low)**(legend / (1.0 - legend))
     axes.set_ylim(low, high)
     if len(set(x)) <= 7 and max(x) / min(x) < 200:
         axes.set_xticks(sorted(set(x)), [f"{v:g}" for v in sorted(set(x))])
@@ -83,7 +86,7 @@ def draw_panel(axes: "pyplot.Axes", panel: dict) -> None:
     axes.set_ylabel(panel["y_label"])
     axes.set_title(f"expected {superscript(panel['expected'], None)}: {panel['why']}", fontsize=8)
     axes.grid(True, linewidth=0.4, color="#d0d7de")
-    axes.legend(fontsize=7, frameon=False, handlelength=1.5)
+    axes.legend(fontsize=7, frameon=False, handlelength=1.5, loc="lower left")
 
 
 def main() -> int:
