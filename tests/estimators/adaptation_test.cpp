@@ -11,20 +11,11 @@
 #include <numeric>
 
 #include "scenes/core/warp.h"
+#include "tests/estimators/many_keys.h"
 #include "tests/support/fixtures.h"
 
 namespace penumbra::pmc_hi {
 namespace {
-
-constexpr double kErrors = 5.0;
-constexpr int kKeys = 20'000;
-
-StreamKey key_of(int i) {
-  StreamKey key;
-  key.seed = 77;
-  key.estimate = static_cast<std::uint32_t>(i);
-  return key;
-}
 
 TEST(Normalise, ScalesToSumOneAndRefusesASumOfZero) {
   std::vector<double> values = {1.0, 3.0, 0.0};

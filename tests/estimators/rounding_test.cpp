@@ -10,21 +10,12 @@
 #include <numeric>
 
 #include "estimators/pmc_hi/adaptation.h"
+#include "tests/estimators/many_keys.h"
 
 namespace penumbra::pmc_hi {
 namespace {
 
 using Counts = std::vector<int>;
-
-constexpr double kErrors = 5.0;
-constexpr int kKeys = 20'000;
-
-StreamKey key_of(int i) {
-  StreamKey key;
-  key.seed = 77;
-  key.estimate = static_cast<std::uint32_t>(i);
-  return key;
-}
 
 Counts counts_of(Rounding rounding, const std::vector<double>& alpha, int total, int key = 0) {
   Counts counts(alpha.size(), -1);
