@@ -77,15 +77,11 @@ std::optional<double> cost_of(const GateRun& run, GateCurrency currency) {
   return std::nullopt;
 }
 
-GateCurrency currency_of(std::span<const RunPair> pairs, bool interleaved) {
-  const auto all_have = [&](GateCurrency currency) {
-    return std::all_of(pairs.begin(), pairs.end(), [&](const RunPair& pair) {
-      return cost_of(*pair.base, currency) && cost_of(*pair.head, currency);
-    });
-  };
-  if (all_have(GateCurrency::Instructions)) return GateCurrency::Instructions;
-  if (interleaved && all_have(GateCurrency::CpuTime)) return GateCurrency::CpuTime;
-  return GateCurrency::Rays;
+GateCurrency currency_of(std::span<const RunPair> pairs) {
+  const bool counted = std::all_of(pairs.begin(), pairs.end(), [](const RunPair& pair) {
+    return pair.base->instructions && pair.head->instructions;
+  });
+  return counted ? GateCurrency::Instructions : GateCurrency::Rays;
 }
 
 std::optional<GateEffect> efficiency_effect(std::span<const RunPair> pairs, GateCurrency currency,

@@ -27,8 +27,8 @@ struct EffectOptions {
 /// The cost of a run; empty where it was not counted.
 std::optional<double> cost_of(const GateRun& run, GateCurrency currency);
 
-/// Instructions where all runs have them, else CPU time where it can be compared, else rays.
-GateCurrency currency_of(std::span<const RunPair> pairs, bool interleaved);
+/// Instructions where all runs have them, else rays: both repeat exactly, times do not.
+GateCurrency currency_of(std::span<const RunPair> pairs);
 
 /// log(Eff head / Eff base): a ratio of means with a jackknife over blocks.
 /// @param with_error  false: of the cost alone, as for equal images

@@ -93,7 +93,9 @@ struct GateSuite {
   int blocks{0};
   GateCurrency currency{GateCurrency::Instructions};
   std::optional<GateEffect> efficiency;
+  std::optional<GateEffect> efficiency_cpu;  ///< in CPU time, where the sides were interleaved
   std::optional<double> instructions_ratio;  ///< of the cells with same images
+  bool lost_time_only{false};                ///< CPU time is all that fails
   bool confirmed{false};
   GateVerdict verdict{GateVerdict::Inconclusive};
   GateReason reason{GateReason::TooNoisy};

@@ -57,9 +57,30 @@ double GateSession::level() const {
   return (1.0 - subject_.gate.confidence) / static_cast<double>(subject_.gate.looks.size());
 }
 
-std::vector<GateSide> GateSession::sides() const {
-  if (stored()) return {GateSide::Head};
-  return {GateSide::Base, GateSide::Head};
+// Of base only what is not stored.
+std::vector<GateWork> GateSession::work_of(std::span<const std::size_t> cells) const {
+  if (stored()) return head_of(cells);
+  std::vector<GateWork> work;
+  for (const std::size_t c : cells) work.push_back({c, {GateSide::Base, GateSide::Head}});
+  return work;
+}
+
+std::vector<GateWork> GateSession::head_of(std::span<const std::size_t> cells) const {
+  std::vector<GateWork> work;
+  for (const std::size_t c : cells) work.push_back({c, {GateSide::Head}});
+  return work;
+}
+
+// The base again on the first scene.
+std::vector<GateWork> GateSession::with_null_control(std::vector<GateWork> work) const {
+  if (stored() || !options_.null_control) return work;
+  const auto& cells = subject_.experiment->cells();
+  for (GateWork& item : work) {
+    if (cells[item.cell].scene == cells[cells_.front()].scene) {
+      item.sides.push_back(GateSide::Null);
+    }
+  }
+  return work;
 }
 
 GateCellRuns GateSession::cell_runs(std::size_t index, GatePhase phase) const {
@@ -133,8 +154,9 @@ void GateSession::look_until_decided() {
   Judgement judgement;
   int before = 0;
   for (const int blocks : subject_.gate.looks) {
-    measurer_->measure(GatePhase::Measure, open, before, blocks, sides());
-    if (!stored() && before == 0 && options_.null_control) control_times(blocks);
+    const std::vector<GateWork> work = work_of(open);
+    measurer_->measure(GatePhase::Measure, before == 0 ? with_null_control(work) : work, before,
+                       blocks);
     judgement = judge_cells(cells_, GatePhase::Measure);
     result_.blocks = blocks;
     before = blocks;
@@ -150,22 +172,16 @@ void GateSession::look_until_decided() {
     }
     if (open.empty()) break;
   }
+  control_times();
   if (result_.null_control && result_.null_control->rejected) set_times_aside(judgement);
   result_.cells = std::move(judgement.cells);
   result_.suite = std::move(judgement.suite);
 }
 
-// The base again on the first scene; its other runs are in the same blocks.
-void GateSession::control_times(int blocks) {
-  std::vector<std::size_t> of_first;
-  const auto& cells = subject_.experiment->cells();
-  for (const std::size_t c : cells_) {
-    if (cells[c].scene == cells[cells_.front()].scene) of_first.push_back(c);
-  }
-  constexpr GateSide kTwice[] = {GateSide::Null};
-  measurer_->measure(GatePhase::Measure, of_first, 0, blocks, kTwice);
+// NC.
+void GateSession::control_times() {
   std::vector<GateRun> base, null;
-  for (const std::size_t c : of_first) {
+  for (const std::size_t c : cells_) {
     for (GateRun& run : measurer_->runs(GatePhase::Measure, GateSide::Base, subject_.names[c])) {
       base.push_back(std::move(run));
     }
@@ -173,6 +189,7 @@ void GateSession::control_times(int blocks) {
       null.push_back(std::move(run));
     }
   }
+  if (null.empty()) return;
   result_.null_control = judge_null(base, null, 1.0 - subject_.gate.confidence);
 }
 
@@ -188,8 +205,7 @@ void GateSession::test_bias() {
     changed.push_back(c);
   }
   if (changed.empty()) return;
-  constexpr GateSide kHead[] = {GateSide::Head};
-  measurer_->measure(GatePhase::Measure, changed, 0, kReplicatesForTiles, kHead);
+  measurer_->measure(GatePhase::Measure, head_of(changed), 0, kReplicatesForTiles);
   for (const std::size_t c : changed) {
     const Cell& of_config = subject_.experiment->cells()[c];
     cell(c).bias = test_gate_bias(
@@ -211,9 +227,8 @@ void GateSession::confirm_bias() {
   }
   if (!worst) return;
   const std::size_t chosen[] = {*worst};
-  constexpr GateSide kHead[] = {GateSide::Head};
-  measurer_->measure(GatePhase::Confirm, chosen, kConfirmBlocks,
-                     kConfirmBlocks + kBiasBlocksFactor * kReplicatesForTiles, kHead);
+  measurer_->measure(GatePhase::Confirm, head_of(chosen), kConfirmBlocks,
+                     kConfirmBlocks + kBiasBlocksFactor * kReplicatesForTiles);
   GateCell& found = cell(*worst);
   const GateBias again =
       test_gate_bias(measurer_->runs(GatePhase::Confirm, GateSide::Head, found.name),
@@ -258,7 +273,7 @@ void GateSession::confirm_losses() {
       blocks = std::min(blocks, static_cast<int>(runs.base.size()));
     }
   }
-  measurer_->measure(GatePhase::Confirm, again, kConfirmBlocks, kConfirmBlocks + blocks, sides());
+  measurer_->measure(GatePhase::Confirm, work_of(again), kConfirmBlocks, kConfirmBlocks + blocks);
   Judgement judgement = judge_cells(again, GatePhase::Confirm);
   if (result_.null_control && result_.null_control->rejected) set_times_aside(judgement);
   const auto settle = [&](auto& found, const auto& repeated) {
@@ -298,9 +313,8 @@ void GateSession::compare(const std::vector<GateRun>& stored) {
 std::vector<GateRun> GateSession::measure_baseline() {
   std::vector<GateRun> runs;
   if (check_head()) {
-    constexpr GateSide kHead[] = {GateSide::Head};
     const int blocks = std::max(kReplicatesForTiles, subject_.gate.looks.front());
-    measurer_->measure(GatePhase::Measure, cells_, 0, blocks, kHead);
+    measurer_->measure(GatePhase::Measure, head_of(cells_), 0, blocks);
     if (check_head()) {
       for (const std::size_t c : cells_) {
         for (GateRun& run :

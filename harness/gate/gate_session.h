@@ -33,11 +33,13 @@ class GateSession {
   bool stored() const { return !stored_.empty(); }
   bool check_head();
   void finish();
-  std::vector<GateSide> sides() const;
+  std::vector<GateWork> work_of(std::span<const std::size_t> cells) const;
+  std::vector<GateWork> head_of(std::span<const std::size_t> cells) const;
+  std::vector<GateWork> with_null_control(std::vector<GateWork> work) const;
   GateCellRuns cell_runs(std::size_t cell, GatePhase phase) const;
   Judgement judge_cells(std::span<const std::size_t> cells, GatePhase phase) const;
   void look_until_decided();
-  void control_times(int blocks);
+  void control_times();
   void test_bias();
   void confirm_bias();
   void confirm_losses();

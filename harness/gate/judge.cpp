@@ -111,7 +111,7 @@ Case measure(const GateCellRuns& runs, const JudgeOptions& options) {
   cell.same_images = same_in_all(result.pairs, &GateRun::image_hash);
   cell.same_half_images = cell.same_images || same_in_all(result.pairs, &GateRun::half_hash);
   cell.counters = changed_counters(result.pairs);
-  cell.currency = currency_of(result.pairs, options.interleaved);
+  cell.currency = currency_of(result.pairs);
   cell.error_ratio = cell.same_images ? 1.0 : error_ratio(result.pairs);
   cell.instructions_ratio = cost_ratio(result.pairs, GateCurrency::Instructions);
   cell.rays_ratio = cost_ratio(result.pairs, GateCurrency::Rays);
@@ -125,7 +125,6 @@ Case measure(const GateCellRuns& runs, const JudgeOptions& options) {
   if (cell.efficiency) {
     cell.detectable = detectable_effect(cell.efficiency->standard_error, cell.blocks);
   }
-  // Of equal images the currency is no time, or the time itself says all.
   if (options.interleaved) {
     std::string ignored;
     cell.efficiency_cpu =
@@ -150,6 +149,8 @@ void adjust(std::vector<Case>& cases) {
     if (c.cell.efficiency_cpu) c.p_time = adjusted[next++];
   }
 }
+
+constexpr const char* kTimesDiffer = "; the base differs from itself in time as well here";
 
 // Counts of instructions repeat to about a millionth.
 constexpr double kSameWork = 1e-4;
@@ -223,7 +224,9 @@ void decide(Case& c, const JudgeOptions& options) {
 }
 
 // Cells with the blocks that all of them have; accepted losses are left out.
-std::vector<SuiteMember> members_of(const std::vector<Case>& cases, bool same_images_only) {
+// @param currency  of all of them, in place of each one's own
+std::vector<SuiteMember> members_of(const std::vector<Case>& cases, bool same_images_only,
+                                    std::optional<GateCurrency> currency = {}) {
   std::map<int, std::size_t> cells_with_block;
   std::vector<const Case*> chosen;
   for (const Case& c : cases) {
@@ -235,7 +238,7 @@ std::vector<SuiteMember> members_of(const std::vector<Case>& cases, bool same_im
   std::vector<SuiteMember> members;
   for (const Case* c : chosen) {
     SuiteMember& member = members.emplace_back();
-    member.currency = c->cell.currency;
+    member.currency = currency.value_or(c->cell.currency);
     member.with_error = !c->cell.same_images;
     for (const RunPair& pair : c->pairs) {
       if (cells_with_block[pair.base->block] == chosen.size()) member.pairs.push_back(pair);
@@ -252,6 +255,10 @@ GateSuite judge_suite(const std::vector<Case>& cases, const JudgeOptions& option
   if (!members.empty()) suite.currency = members[0].currency;
   const GateThresholds& limits = options.suite;
   suite.efficiency = suite_effect(members, {options.level, limits.noise});
+  if (options.interleaved) {
+    suite.efficiency_cpu = suite_effect(members_of(cases, false, GateCurrency::CpuTime),
+                                        {options.level, limits.noise});
+  }
   const std::vector<SuiteMember> same = members_of(cases, true);
   const auto instructions =
       suite_effect(same, {options.level, loss_of_rise(options.suite_instructions)});
@@ -261,14 +268,23 @@ GateSuite judge_suite(const std::vector<Case>& cases, const JudgeOptions& option
     return suite;
   }
   const GateEffect& work = *suite.efficiency;
-  suite.sentence = fmt::format("efficiency of {} cells {}", suite.cells, percent(work));
+  suite.sentence = fmt::format("efficiency of {} cells in {} {}", suite.cells,
+                               to_string(suite.currency), percent(work));
+  if (suite.efficiency_cpu) {
+    suite.sentence += fmt::format(", in CPU time {}", percent(*suite.efficiency_cpu));
+  }
   if (suite.instructions_ratio) {
     suite.sentence += fmt::format("; instructions of the {} with same images {}", same.size(),
                                   change_text(*suite.instructions_ratio));
   }
-  const bool loses = work.p_loss < options.level && work.log_ratio < std::log1p(-limits.fail);
-  const bool slower = instructions && instructions->p_loss < options.level;
-  if (loses || slower) {
+  const auto certain = [&](const GateEffect& effect) { return effect.p_loss < options.level; };
+  const double least = std::log1p(-limits.fail);
+  const bool loses = certain(work) && work.log_ratio < least;
+  const bool slower = instructions && certain(*instructions);
+  // A loss of time in all cells that more blocks can make certain.
+  const bool seems_slow = suite.efficiency_cpu && suite.efficiency_cpu->log_ratio < least;
+  const bool takes_longer = seems_slow && certain(*suite.efficiency_cpu);
+  if (loses || slower || takes_longer) {
     suite.verdict = GateVerdict::Fail;
     GateCell together;  // of the geometric means
     Welford error, rays, cost;
@@ -282,7 +298,8 @@ GateSuite judge_suite(const std::vector<Case>& cases, const JudgeOptions& option
     together.rays_ratio = std::exp(rays.mean());
     together.instructions_ratio = std::exp(cost.mean());
     suite.reason = loses ? reason_of_loss(together) : GateReason::Slower;
-  } else if (work.lower > std::log1p(-limits.pass)) {
+    suite.lost_time_only = !loses && !slower;
+  } else if (!seems_slow && work.lower > std::log1p(-limits.pass)) {
     suite.verdict = GateVerdict::Pass;
     suite.reason =
         work.lower > std::log1p(limits.noise) ? GateReason::Improved : GateReason::WithinLimits;
@@ -324,12 +341,18 @@ NullControl judge_null(std::span<const GateRun> base, std::span<const GateRun> n
 }
 
 void set_times_aside(Judgement& judgement) {
+  if (judgement.suite.lost_time_only) {
+    judgement.suite.verdict = GateVerdict::Inconclusive;
+    judgement.suite.reason = GateReason::TooNoisy;
+    judgement.suite.lost_time_only = false;
+    judgement.suite.sentence += kTimesDiffer;
+  }
   for (GateCell& cell : judgement.cells) {
     if (!cell.lost_time_only) continue;
     cell.verdict = GateVerdict::Inconclusive;
     cell.reason = GateReason::TooNoisy;
     cell.lost_time_only = false;
-    cell.sentence += "; the base differs from itself in time as well here";
+    cell.sentence += kTimesDiffer;
   }
 }
 

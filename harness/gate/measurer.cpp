@@ -22,9 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Threads of the run that must have the bits of one on a single thread.
-constexpr int kRepeatThreads = 3;
-
 std::string half_hash_of(const Image& image) {
   std::vector<Imath::half> halves;
   halves.reserve(image.pixels.size() * 3);
@@ -36,15 +33,15 @@ std::string half_hash_of(const Image& image) {
 
 // The sides of a cell one after the other, in every second block the other way round.
 std::vector<std::pair<std::size_t, GateSide>> block_order(const GateSubject& subject, int block,
-                                                          std::span<const std::size_t> cells,
-                                                          std::span<const GateSide> sides) {
-  std::vector<std::size_t> order(cells.begin(), cells.end());
+                                                          std::span<const GateWork> work) {
+  std::vector<const GateWork*> order;
+  for (const GateWork& item : work) order.push_back(&item);
   std::mt19937_64 generator(
       hash_texts({"gate order", std::to_string(subject.config().seed), std::to_string(block / 2)}));
   for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[generator() % i]);
   std::vector<std::pair<std::size_t, GateSide>> result;
-  for (const std::size_t cell : order) {
-    for (const GateSide side : sides) result.emplace_back(cell, side);
+  for (const GateWork* item : order) {
+    for (const GateSide side : item->sides) result.emplace_back(item->cell, side);
   }
   if (block % 2 == 1) std::reverse(result.begin(), result.end());
   return result;
@@ -163,15 +160,14 @@ void GateMeasurer::make(const Wanted& wanted, Workers& workers) {
   runs_.push_back(std::move(run));
 }
 
-void GateMeasurer::measure(GatePhase phase, std::span<const std::size_t> cells, int first, int last,
-                           std::span<const GateSide> sides) {
+void GateMeasurer::measure(GatePhase phase, std::span<const GateWork> work, int first, int last) {
   const int threads = resolve_threads(subject_.config().threads);
   Progress progress(fmt::format("gate, {}", to_string(phase)), last - first);
   std::optional<Workers> workers;
   bool made = false;
   for (int block = first; block < last; ++block) {
     if (block % 2 == 0 || !workers) workers.emplace(sides_, 16 * (block % 61));
-    for (const auto& [cell, side] : block_order(subject_, block, cells, sides)) {
+    for (const auto& [cell, side] : block_order(subject_, block, work)) {
       const Wanted wanted{phase, side, cell, block, threads, 0};
       if (done(wanted)) continue;
       make(wanted, *workers);
@@ -190,7 +186,7 @@ void GateMeasurer::check_head(std::span<const std::size_t> cells) {
     for (const Wanted& wanted :
          {Wanted{GatePhase::Smoke, GateSide::Head, cell, 0, 1, fewest},
           Wanted{GatePhase::Repeat, GateSide::Head, cell, 0, threads, 0},
-          Wanted{GatePhase::Repeat, GateSide::Head, cell, 0, threads + kRepeatThreads - 1, 0}}) {
+          Wanted{GatePhase::Repeat, GateSide::Head, cell, 0, threads == 1 ? 2 : 1, 0}}) {
       if (!done(wanted)) make(wanted, workers);
     }
   }

@@ -44,6 +44,12 @@ struct GateSubject {
 /// @param experiment  outlives the subject
 GateSubject gate_subject(const Experiment& experiment);
 
+/// A cell and the sides that are to run it.
+struct GateWork {
+  std::size_t cell{0};
+  std::vector<GateSide> sides;
+};
+
 /// Means of the tiles that the test of bias takes.
 TileMeans tile_means_of(const Image& image);
 
@@ -59,15 +65,14 @@ class GateMeasurer {
   /// What a program says of itself; starts it for that.
   WorkerGreeting greeting(GateSide side) const;
 
-  /// Makes every cell's runs of the blocks [first, last) on the given sides: in a random order of
-  /// cells, in which the sides of a cell follow each other, in the next block the other way round.
+  /// Makes the runs of the blocks [first, last): in a random order of cells, in which the sides of
+  /// a cell follow each other, in the next block the other way round.
   /// Programs are started anew for every pair of blocks, so that a block is one of processes too.
   /// @throws GateInterrupted
-  void measure(GatePhase phase, std::span<const std::size_t> cells, int first, int last,
-               std::span<const GateSide> sides);
+  void measure(GatePhase phase, std::span<const GateWork> work, int first, int last);
 
   /// One run of head per cell with the fewest samples, and block 0 again: as measured, and on
-  /// several threads.
+  /// another number of threads.
   void check_head(std::span<const std::size_t> cells);
 
   /// In the order in which they were made.
