@@ -36,8 +36,9 @@ std::string bias_text(const GateBias& bias);
 /// What the null control found, in one sentence.
 std::string null_control_text(const NullControl& control);
 
-/// Both sides and config as a command that compares them again.
-std::string gate_command(const GateResult& result);
+/// Both sides and config as a command that compares them again. A head that names no build is a
+/// folder of results.
+std::string repeat_command(const GateResult& result);
 
 /// What somebody who reads the verdict can do; empty after a plain pass.
 std::vector<std::string> next_steps(const GateResult& result);

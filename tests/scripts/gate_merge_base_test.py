@@ -24,7 +24,7 @@ cp program build/release/bin/penumbra
 PROGRAM = r"""#!/bin/bash
 printf '%s\n' "$@" >"$LOGS/$1.log"
 if [[ $1 == gate ]]; then
-  echo "## verdict" >gate/gate.md
+  ((${GATE_CODE:-0} == 2)) || { mkdir -p gate && echo "## verdict" >gate/gate.md; }
   exit "${GATE_CODE:-0}"
 fi
 exit "${REFERENCE_CODE:-0}"
@@ -149,6 +149,9 @@ class GateMergeBase(unittest.TestCase):
         summary = self.logs / "summary.md"
         summary.write_text("before\n", encoding="utf-8")
         self.assertEqual(self.call(GATE_CODE="1", GITHUB_STEP_SUMMARY=str(summary)).returncode, 1)
+        self.assertEqual(summary.read_text(encoding="utf-8"), "before\n## verdict\n")
+        # The stand-in writes none then.
+        self.assertEqual(self.call(GATE_CODE="2", GITHUB_STEP_SUMMARY=str(summary)).returncode, 2)
         self.assertEqual(summary.read_text(encoding="utf-8"), "before\n## verdict\n")
 
     def test_failing_builds_are_failures_of_runs(self) -> None:
