@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "estimators/params.h"
+#include "harness/gate/gate_config.h"
 #include "scenes/core/shading_point.h"
 
 /// An experiment as its config file states it (configs/README.md explains every key; the JSON
@@ -123,6 +124,7 @@ struct ExperimentConfig {
   int attempts{3};  ///< of a run whose time was disturbed; its image is the same each time
   double relmse_epsilon{0.01};  ///< relMSE denominator: reference^2 + epsilon * mean(reference)^2
   ImagesConfig images;
+  std::optional<GateConfig> gate;  ///< none: its defaults
   std::string resolved_json;  ///< the whole config after --set, defaults included, canonical
 };
 

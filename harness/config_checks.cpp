@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -5,6 +7,7 @@
 
 #include "harness/config_reader.h"
 #include "harness/config_values.h"
+#include "harness/gate/gate_config_json.h"
 #include "harness/sweep.h"
 #include "scenes/core/error.h"
 #include "scenes/core/scene_description.h"
@@ -84,6 +87,24 @@ void ConfigReader::read_images() {
   for (std::size_t i = 0; i < crops.size(); ++i) {
     read_crop(crops[i], child_pointer("/images/crops", i));
   }
+}
+
+void ConfigReader::read_gate() {
+  if (!root_.is_object() || !root_.contains("gate")) return;
+  GateConfig gate = gate_config_of(object_member(root_, "gate"));
+  if (!std::is_sorted(gate.looks.begin(), gate.looks.end())) {
+    fault("/gate/looks", "the numbers of blocks have to increase");
+  }
+  const auto check = [&](const GateThresholds& thresholds, const std::string& pointer) {
+    if (thresholds.noise <= thresholds.fail && thresholds.fail <= thresholds.pass) return;
+    fault(pointer, fmt::format("expected noise <= fail <= pass, found {}, {} and {}",
+                               thresholds.noise, thresholds.fail, thresholds.pass));
+  };
+  check(gate.thresholds, "/gate");
+  for (std::size_t i = 0; i < gate.overrides.size(); ++i) {
+    check(gate.overrides[i].thresholds, child_pointer("/gate/overrides", i));
+  }
+  config_.gate = std::move(gate);
 }
 
 void ConfigReader::read_crop(const json& value, const std::string& pointer) {

@@ -56,6 +56,7 @@ ExperimentConfig ConfigReader::read() {
   }
   read_budget();
   read_images();
+  read_gate();
   check_names();
   check_baselines();
   check_samples();

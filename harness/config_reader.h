@@ -63,6 +63,7 @@ class ConfigReader {
   void read_budget();
   void read_budget_times(const nlohmann::json& value, BudgetConfig& budget);
   void read_images();
+  void read_gate();
   void read_crop(const nlohmann::json& value, const std::string& pointer);
   std::optional<std::array<int, 2>> resolution_of(const SceneConfig& scene) const;
 

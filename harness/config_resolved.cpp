@@ -5,6 +5,7 @@
 
 #include "estimators/estimator.h"
 #include "harness/config_values.h"
+#include "harness/gate/gate_config_json.h"
 #include "harness/project_root.h"
 #include "scenes/core/error.h"
 
@@ -150,6 +151,7 @@ std::string resolved_json(const ExperimentConfig& config) {
   result["attempts"] = config.attempts;
   result["relmse_epsilon"] = config.relmse_epsilon;
   result["images"] = images_json(config.images);
+  if (config.gate) result["gate"] = gate_config_json(*config.gate);
   return result.dump(2);
 }
 

@@ -37,6 +37,9 @@ struct Options {
   FigureCommandOptions figure;
   SelfTestCommandOptions selftest;
   StabilityCommandOptions stability;
+  GateCommandOptions gate;
+  BaselineCommandOptions baseline;
+  ConfigOptions measure;
 };
 
 void add_list(CLI::App& app, Options& o) {
@@ -176,6 +179,53 @@ void add_stability(CLI::App& app, Options& o) {
   c->add_option("--threads", o.stability.threads, "0: all cores")->capture_default_str();
 }
 
+void add_gate(CLI::App& app, Options& o) {
+  CLI::App* gate =
+      app.add_subcommand("gate", "Whether a program is noisier, slower or wrong than another one");
+  GateCommandOptions& g = o.gate;
+  const auto add_inputs = [](CLI::App& command, ConfigOptions& config) {
+    command.add_option("--config", config.config, "Experiment [configs/gate.json]");
+    command.add_option("--set", config.overrides, "key.path=value; repeatable")
+        ->take_all()
+        ->allow_extra_args(false);
+  };
+  add_inputs(*gate, g.config);
+  gate->add_option("--base-exe", g.sources.base_exe, "Program of the base, measured in turns");
+  gate->add_option("--head-exe", g.sources.head_exe, "Program of the head [this one]");
+  gate->add_option("--base", g.sources.base_folder, "Result folder of the base");
+  gate->add_option("--head", g.sources.head_folder, "Result folder of the head");
+  gate->add_option("--baseline", g.sources.baseline,
+                   "Stored baseline in place of a base: hashes, counts and errors only");
+  gate->add_option("--out", g.out, "Result; a summary and other forms are written beside it")
+      ->capture_default_str();
+  gate->add_option("--ack", g.acknowledged, "\"CELLS -4% reason\": accepts a loss; repeatable")
+      ->take_all()
+      ->allow_extra_args(false);
+  gate->add_option("--fail-on", g.fail_on,
+                   "Findings that are an exit code [all]: regression, inconclusive, correctness, "
+                   "failure; repeatable")
+      ->check(CLI::IsMember({"regression", "inconclusive", "correctness", "failure"}))
+      ->delimiter(',');
+  gate->add_flag("--exit-zero", g.exit_zero, "Exit code 0 whatever was found");
+  gate->add_flag("--no-null", g.no_null, "Without the base against itself");
+  gate->add_flag("--json", g.json, "Prints gate.json");
+
+  CLI::App* baseline = app.add_subcommand("baseline", "Stored baselines of the gate");
+  baseline->require_subcommand(1);
+  CLI::App* update = baseline->add_subcommand(
+      "update", "Measures anew what a gate compares without times, and writes it");
+  add_inputs(*update, o.baseline.config);
+  update->add_option("--exe", o.baseline.executable, "Program to measure [this one]");
+  update->add_option("--baseline", o.baseline.folder, "Folder [results/baseline/<config>]");
+  update->add_option("--reason", o.baseline.reason, "Why it changes; kept in the files")
+      ->required();
+
+  // For the gate itself, which starts it.
+  add_config(
+      *app.add_subcommand("measure", "Makes the runs that a gate asks for on stdin")->group(""),
+      o.measure);
+}
+
 int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("list")) return list_command(o.list);
   if (app.got_subcommand("validate")) return validate_command(o.validate);
@@ -188,6 +238,9 @@ int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("selftest")) return selftest_command(o.selftest);
   if (app.got_subcommand("stability")) return stability_command(o.stability);
   if (app.got_subcommand("replay")) return replay_command(o.replay);
+  if (app.got_subcommand("gate")) return gate_command(o.gate);
+  if (app.got_subcommand("baseline")) return baseline_update_command(o.baseline);
+  if (app.got_subcommand("measure")) return measure_command(o.measure);
   return inspect_command(o.inspect);
 }
 
@@ -206,6 +259,7 @@ int run_main(int argc, char** argv) {
   add_replay(app, options);
   add_selftest(app, options);
   add_stability(app, options);
+  add_gate(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -10,8 +10,6 @@
 namespace penumbra {
 namespace {
 
-constexpr int kTileSides[] = {16, 8};
-
 // Float pixels round; a difference of that order is none.
 constexpr double kTolerance = 1e-6;
 
@@ -75,7 +73,7 @@ ReplicateSums::ReplicateSums(int width, int height)
       mean_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), Vec3d(0.0)),
       squares_(mean_.size(), Vec3d(0.0)),
       widened_(mean_.size()),
-      tiles_(bias_tiles(width, height, kTileSides)) {}
+      tiles_(bias_tiles(width, height, kBiasTileSides)) {}
 
 void ReplicateSums::add(std::span<const Rgb> image) {
   widened_.assign(image.begin(), image.end());
@@ -118,29 +116,29 @@ ReplicateSummary ReplicateSums::summary(const ReplicateReference& reference) con
   result.variance /= pixels;
   result.bias2 = product / pixels - result.variance / count();
   result.p_eff = effective_pixels(variances, count() - 1.0);
-  result.bias = test_bias(reference);
+  result.bias = test_bias(tiles_, reference, width_, height_);
   return result;
 }
 
-TileReplicates ReplicateSums::whole_image() const {
-  TileReplicates whole(bias_tiles(width_, height_, {}));
-  for (std::size_t r = 0; r < tiles_.count(); ++r) whole.add_values(tiles_.replicate(r).first(1));
-  return whole;
-}
-
-std::optional<BiasTestResult> ReplicateSums::test_bias(const ReplicateReference& reference) const {
-  if (count() < kReplicatesForTest) return std::nullopt;
+std::optional<BiasTestResult> test_bias(const TileReplicates& tiles,
+                                        const ReplicateReference& reference, int width,
+                                        int height) {
+  if (tiles.count() < kReplicatesForTest) return std::nullopt;
   BiasTestOptions options;
   options.tolerance = kTolerance;
-  const TileReplicates whole = whole_image();
-  const std::vector<MeanEstimate> of_whole = tile_estimates(reference, width_, whole.tiles());
+  TileReplicates whole(bias_tiles(width, height, {}));
   Welford means;
-  for (std::size_t r = 0; r < whole.count(); ++r) means.add(whole.replicate(r)[0]);
-  const double allowed = kReferenceVarianceForTiles * means.variance().value() / count();
-  if (count() < kReplicatesForTiles || of_whole[0].variance_of_mean > allowed) {
+  for (std::size_t r = 0; r < tiles.count(); ++r) {
+    whole.add_values(tiles.replicate(r).first(1));
+    means.add(tiles.replicate(r)[0]);
+  }
+  const std::vector<MeanEstimate> of_whole = tile_estimates(reference, width, whole.tiles());
+  const double allowed =
+      kReferenceVarianceForTiles * *means.variance() / static_cast<double>(tiles.count());
+  if (tiles.count() < kReplicatesForTiles || of_whole[0].variance_of_mean > allowed) {
     return bias_test(whole, of_whole, options);
   }
-  return bias_test(tiles_, tile_estimates(reference, width_, tiles_.tiles()), options);
+  return bias_test(tiles, tile_estimates(reference, width, tiles.tiles()), options);
 }
 
 void add_replicates(EfficiencyRow& row, const ReplicateSummary& summary) {

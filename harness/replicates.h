@@ -37,6 +37,9 @@ inline constexpr int kReplicatesForTiles = 16;
 /// replicates', with which tiles are tested.
 inline constexpr double kReferenceVarianceForTiles = 0.5;
 
+/// Sides of the tiles that are tested beside the whole image [pixels].
+inline constexpr int kBiasTileSides[] = {16, 8};
+
 /// What R replicates say.
 struct ReplicateSummary {
   int count{0};
@@ -71,9 +74,6 @@ class ReplicateSums {
   ReplicateSummary summary(const ReplicateReference& reference) const;
 
  private:
-  std::optional<BiasTestResult> test_bias(const ReplicateReference& reference) const;
-  TileReplicates whole_image() const;
-
   int width_, height_;
   std::vector<Vec3d> mean_;     // [pixel]
   std::vector<Vec3d> squares_;  // [pixel], sums of squared deviations from the mean
@@ -92,6 +92,13 @@ class ReplicateSums {
 /// @param width  of the image [pixels]
 std::vector<MeanEstimate> tile_estimates(const ReplicateReference& reference, int width,
                                          std::span<const BiasTile> tiles);
+
+/// Tests the bias of replicates: of the whole image and, with enough of them and a reference that is
+/// quiet enough, of all tiles.
+/// @param tiles  of `bias_tiles` with kBiasTileSides; width, height of the image [pixels]
+/// @return nullopt for fewer than kReplicatesForTest
+std::optional<BiasTestResult> test_bias(const TileReplicates& tiles,
+                                        const ReplicateReference& reference, int width, int height);
 
 /// Fills the columns of a cell that its replicates decide.
 void add_replicates(EfficiencyRow& row, const ReplicateSummary& summary);

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "harness/exit_codes.h"
 #include "harness/figure.h"
+#include "harness/gate/gate.h"
 
 /// The subcommands of `penumbra`. Each returns its exit code; user faults are thrown as InputError
 /// and the like, and main turns them into a message and a code.
@@ -14,18 +16,6 @@ namespace penumbra {
 class Experiment;
 struct EfficiencyRow;
 struct RenderSettings;
-
-/// Exit codes of the program (README.md has the table).
-enum ExitCode : int {
-  kSuccess = 0,
-  kRegression = 1,
-  kInputFault = 2,
-  kInconclusive = 3,
-  kRunFailure = 4,
-  kReferenceFault = 5,
-  kCorrectness = 6,
-  kInterrupted = 130,
-};
 
 struct ConfigOptions {
   std::filesystem::path config;
@@ -140,6 +130,32 @@ struct SelfTestCommandOptions {
 };
 /// @return kCorrectness when a check fails
 int selftest_command(const SelfTestCommandOptions& options);
+
+struct GateCommandOptions {
+  ConfigOptions config;  ///< empty: configs/gate.json, or that of the head folder
+  GateSources sources;
+  std::filesystem::path out{"gate.json"};
+  std::vector<std::string> acknowledged;  ///< "CELLS -4% reason"
+  std::vector<std::string> fail_on;  ///< regression, inconclusive, correctness, failure; empty: all
+  bool exit_zero{false};
+  bool no_null{false};  ///< without the null control
+  bool json{false};
+};
+/// Compares head with base. @return the exit code of the verdict
+int gate_command(const GateCommandOptions& options);
+
+struct BaselineCommandOptions {
+  ConfigOptions config;              ///< empty: configs/gate.json
+  std::filesystem::path executable;  ///< empty: this program
+  std::filesystem::path folder;      ///< empty: results/baseline/<name of the config>
+  std::string reason;
+};
+/// Measures and writes stored baselines. @return kCorrectness and the like when the program is not
+/// fit to be one
+int baseline_update_command(const BaselineCommandOptions& options);
+
+/// Runs what a gate asks for on stdin (harness/gate/protocol.h).
+int measure_command(const ConfigOptions& options);
 
 struct StabilityCommandOptions {
   std::string estimator;      ///< empty: all

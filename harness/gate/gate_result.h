@@ -80,7 +80,8 @@ struct GateCell {
   std::optional<double> p_eff;       ///< of base, median of runs
   std::optional<double> detectable;  ///< smallest loss that these blocks show with 80 % power
   GateBias bias;
-  bool confirmed{false};  ///< with fresh seeds
+  bool lost_time_only{false};  ///< CPU time is all that fails
+  bool confirmed{false};       ///< with fresh seeds
   GateVerdict verdict{GateVerdict::Inconclusive};
   GateReason reason{GateReason::TooNoisy};
   std::string sentence;

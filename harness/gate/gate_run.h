@@ -27,12 +27,11 @@ enum class GatePhase {
   Confirm,  ///< both sides again with fresh seeds
 };
 
-/// One value per tile of `bias_tiles` with sides of kGateTileSides pixels.
+/// One value per tile of `bias_tiles` with kBiasTileSides (replicates.h).
 struct TileMeans {
   std::vector<double> values;
   friend bool operator==(const TileMeans&, const TileMeans&) = default;
 };
-inline constexpr int kGateTileSides[] = {16, 8};
 
 struct GateRun {
   GatePhase phase{GatePhase::Measure};
