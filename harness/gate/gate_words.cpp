@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "harness/gate/judge.h"
 #include "harness/number_text.h"
 #include "harness/shell_words.h"
 
@@ -80,7 +81,7 @@ std::string effect_text(const std::optional<GateEffect>& effect) {
 }
 
 std::string ratio_change_text(const std::optional<double>& ratio) {
-  return ratio ? percent_text(*ratio - 1) : "-";
+  return ratio ? change_text(*ratio) : "-";
 }
 
 std::string counters_text(const GateCell& cell) {

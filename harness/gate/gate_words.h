@@ -21,10 +21,10 @@ std::vector<const GateCell*> worst_first(const GateResult& result);
 /// "-4.90 % [-7.00, -2.80]": the change of an efficiency with its 95 % interval; "-" for none.
 std::string effect_text(const std::optional<GateEffect>& effect);
 
-/// The same of a ratio without interval.
+/// change_text of a ratio (judge.h); "-" for none.
 std::string ratio_change_text(const std::optional<double>& ratio);
 
-/// "rays 100 -> 120 (+20.00 %)", for every counter that moved; empty where none did.
+/// "rays 100 -> 120 (+20.0 %)", for every counter that moved; empty where none did.
 std::string counters_text(const GateCell& cell);
 
 /// Why there was no test of bias; empty: there was.

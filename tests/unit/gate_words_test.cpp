@@ -67,7 +67,8 @@ TEST(GateWords, EffectsAreChangesInPercent) {
   effect.interval = {std::log(0.93), std::log(0.972)};
   EXPECT_EQ(effect_text(effect), "-5.00 % [-7.00, -2.80]");
   EXPECT_EQ(effect_text(std::nullopt), "-");
-  EXPECT_EQ(ratio_change_text(1.041), "+4.10 %");
+  EXPECT_EQ(ratio_change_text(1.041), "+4.1 %");
+  EXPECT_EQ(ratio_change_text(1.0), "±0");
   EXPECT_EQ(ratio_change_text(std::nullopt), "-");
 }
 
@@ -75,7 +76,7 @@ TEST(GateWords, CountersShowBothSides) {
   GateCell cell;
   EXPECT_EQ(counters_text(cell), "");
   cell.counters = {{"rays", 1000, 1200}, {"lit", 0, 3}};
-  EXPECT_EQ(counters_text(cell), "rays 1000 -> 1200 (+20.00 %), lit 0 -> 3");
+  EXPECT_EQ(counters_text(cell), "rays 1000 -> 1200 (+20.0 %), lit 0 -> 3");
 }
 
 TEST(GateWords, CommandComparesTheSameAgain) {
