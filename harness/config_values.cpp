@@ -1,5 +1,7 @@
 #include "harness/config_values.h"
 
+#include <cmath>
+
 namespace penumbra {
 
 using nlohmann::json;
@@ -11,6 +13,12 @@ bool is_utf8(const std::string& text) {
   } catch (const json::type_error&) {
     return false;
   }
+}
+
+nlohmann::ordered_json number_to_json(double value) {
+  if (std::isfinite(value)) return value;
+  if (std::isnan(value)) return "nan";
+  return value > 0.0 ? "inf" : "-inf";
 }
 
 std::optional<ParamValue> param_from_json(const json& value) {

@@ -67,6 +67,10 @@ inline const nlohmann::json& object_member(const nlohmann::json& object, const c
 /// Whether a text can stand in JSON.
 bool is_utf8(const std::string& text);
 
+/// The number, or "nan", "inf" or "-inf": JSON has none that is not finite, and a null would not
+/// say which one it was.
+nlohmann::ordered_json number_to_json(double value);
+
 /// A scalar as the value of a parameter; nullopt for null, arrays and objects.
 std::optional<ParamValue> param_from_json(const nlohmann::json& value);
 

@@ -1,6 +1,5 @@
 // A replayed pixel for programs.
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "harness/config_values.h"
@@ -11,23 +10,16 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// JSON has no numbers that are not finite, and a null would not say which one it was.
-Json number(double value) {
-  if (std::isfinite(value)) return value;
-  if (std::isnan(value)) return "nan";
-  return value > 0.0 ? "inf" : "-inf";
-}
-
 template <typename Triple>
 Json triple(const Triple& v) {
-  return {number(static_cast<double>(v[0])), number(static_cast<double>(v[1])),
-          number(static_cast<double>(v[2]))};
+  return {number_to_json(static_cast<double>(v[0])), number_to_json(static_cast<double>(v[1])),
+          number_to_json(static_cast<double>(v[2]))};
 }
 
 template <typename List>
 Json numbers(const List& list) {
   Json result = Json::array();
-  for (const auto value : list) result.push_back(number(static_cast<double>(value)));
+  for (const auto value : list) result.push_back(number_to_json(static_cast<double>(value)));
   return result;
 }
 
@@ -40,7 +32,7 @@ Json iterations_json(const EstimateRecord& record) {
                  {"hits", iteration.hits}};
     if (iteration.cone_angle > 0.0) {
       json["cone_axis"] = triple(iteration.cone_axis);
-      json["cone_half_angle_rad"] = number(iteration.cone_angle);
+      json["cone_half_angle_rad"] = number_to_json(iteration.cone_angle);
     }
     list.push_back(std::move(json));
   }
@@ -53,10 +45,10 @@ Json samples_json(const EstimateRecord& record) {
     list.push_back({{"iteration", sample.iteration},
                     {"component", record.components[static_cast<std::size_t>(sample.component)]},
                     {"wi", triple(sample.wi)},
-                    {"own_pdf_w", number(static_cast<double>(sample.own_pdf))},
+                    {"own_pdf_w", number_to_json(static_cast<double>(sample.own_pdf))},
                     {"pdfs_w", numbers(sample.pdfs)},
                     {"f", triple(sample.f)},
-                    {"weight_sr", number(sample.weight)},
+                    {"weight_sr", number_to_json(sample.weight)},
                     {"fate", to_string(sample.fate)}});
   }
   return list;
@@ -82,7 +74,7 @@ Json estimate_json(const ReplayedEstimate& estimate) {
   json["notes"] = estimate.record.notes;
   json["weighted_sum"] = triple(estimate.weighted_sum);
   json["delta"] = triple(estimate.record.delta);
-  json["relative_difference"] = number(estimate.relative_difference());
+  json["relative_difference"] = number_to_json(estimate.relative_difference());
   return json;
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "harness/config_values.h"
 #include "harness/gate/gate_words.h"
 
 namespace penumbra {
@@ -10,26 +11,20 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number_json(double value) {
-  if (std::isfinite(value)) return value;
-  if (std::isnan(value)) return "nan";
-  return value > 0 ? "inf" : "-inf";
-}
-
 void put(Json& json, const char* key, const std::optional<double>& value) {
-  if (value) json[key] = number_json(*value);
+  if (value) json[key] = number_to_json(*value);
 }
 
 Json effect_json(const GateEffect& effect) {
-  return {{"log_ratio", number_json(effect.log_ratio)},
-          {"standard_error", number_json(effect.standard_error)},
-          {"ratio", number_json(std::exp(effect.log_ratio))},
-          {"ratio_lo", number_json(std::exp(effect.interval.lo))},
-          {"ratio_hi", number_json(std::exp(effect.interval.hi))},
-          {"change_percent", number_json(100 * std::expm1(effect.log_ratio))},
-          {"ratio_lower_bound", number_json(std::exp(effect.lower))},
-          {"ratio_upper_bound", number_json(std::exp(effect.upper))},
-          {"p_loss", number_json(effect.p_loss)}};
+  return {{"log_ratio", number_to_json(effect.log_ratio)},
+          {"standard_error", number_to_json(effect.standard_error)},
+          {"ratio", number_to_json(std::exp(effect.log_ratio))},
+          {"ratio_lo", number_to_json(std::exp(effect.interval.lo))},
+          {"ratio_hi", number_to_json(std::exp(effect.interval.hi))},
+          {"change_percent", number_to_json(100 * std::expm1(effect.log_ratio))},
+          {"ratio_lower_bound", number_to_json(std::exp(effect.lower))},
+          {"ratio_upper_bound", number_to_json(std::exp(effect.upper))},
+          {"p_loss", number_to_json(effect.p_loss)}};
 }
 
 void put(Json& json, const char* key, const std::optional<GateEffect>& effect) {
@@ -56,9 +51,9 @@ Json counters_json(const std::vector<CounterChange>& counters) {
   Json json = Json::array();
   for (const CounterChange& counter : counters) {
     json.push_back({{"name", readable(counter.name)},
-                    {"base", number_json(counter.base)},
-                    {"head", number_json(counter.head)},
-                    {"ratio", number_json(counter.head / counter.base)}});
+                    {"base", number_to_json(counter.base)},
+                    {"head", number_to_json(counter.head)},
+                    {"ratio", number_to_json(counter.head / counter.base)}});
   }
   return json;
 }
@@ -69,12 +64,12 @@ Json bias_json(const GateBias& bias) {
   }
   Json json = {{"tested", true},
                {"blocks", bias.blocks},
-               {"p", number_json(bias.p)},
-               {"p_over_cells", number_json(bias.adjusted_p)}};
+               {"p", number_to_json(bias.p)},
+               {"p_over_cells", number_to_json(bias.adjusted_p)}};
   put(json, "relative", bias.relative);
   if (bias.relative_interval) {
-    json["relative_lo"] = number_json(bias.relative_interval->lo);
-    json["relative_hi"] = number_json(bias.relative_interval->hi);
+    json["relative_lo"] = number_to_json(bias.relative_interval->lo);
+    json["relative_hi"] = number_to_json(bias.relative_interval->hi);
   }
   return json;
 }
@@ -93,7 +88,7 @@ Json cell_json(const GateCell& cell) {
   put(json, "rays_ratio", cell.rays_ratio);
   put(json, "cpu_time_ratio", cell.cpu_ratio);
   put(json, "p_eff", cell.p_eff);
-  if (cell.detectable) json["detectable_loss_percent"] = number_json(100 * *cell.detectable);
+  if (cell.detectable) json["detectable_loss_percent"] = number_to_json(100 * *cell.detectable);
   json["counters_moved"] = counters_json(cell.counters);
   json["bias"] = bias_json(cell.bias);
   return json;
@@ -141,12 +136,12 @@ nlohmann::ordered_json gate_json(const GateResult& result) {
   json["sentence"] = readable(result.sentence);
   json["config"] = {{"name", readable(result.config_name)}, {"file", readable(result.config_file)}};
   json["metric"] = readable(result.metric);
-  json["confidence"] = number_json(result.confidence);
+  json["confidence"] = number_to_json(result.confidence);
   json["looks"] = result.looks;
   json["blocks"] = result.blocks;
   json["interleaved"] = result.interleaved;
   json["runs"] = result.runs;
-  json["wall_s"] = number_json(result.wall_s);
+  json["wall_s"] = number_to_json(result.wall_s);
   json["suite"] = suite_json(result.suite);
   json["cells"] = Json::array();
   for (const GateCell& cell : result.cells) json["cells"].push_back(cell_json(cell));

@@ -33,6 +33,7 @@ std::string paragraph(std::string_view text) {
 
 std::string list_of(const std::vector<std::string>& items) {
   std::vector<std::string> lines;
+  lines.reserve(items.size());
   for (const std::string& item : items) lines.push_back(escaped(item));
   return markdown_notes(lines);
 }
@@ -135,7 +136,7 @@ std::string gate_markdown(const GateResult& result) {
   if (!result.notes.empty()) text += "\n**Notes**\n\n" + list_of(result.notes);
   text += folded("Numbers of every cell", markdown_grid(numbers_of(result)));
   text += folded("Both sides", markdown_grid(sides_of(result)));
-  text += folded("How to repeat it", code_block(readable(gate_command(result))));
+  text += folded("How to repeat it", code_block(readable(repeat_command(result))));
   return text;
 }
 

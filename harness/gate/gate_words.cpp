@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "harness/gate/judge.h"
 #include "harness/number_text.h"
 #include "harness/shell_words.h"
 
@@ -49,11 +50,6 @@ bool fails_with(const GateResult& result, GateReason reason) {
   });
 }
 
-bool has_reason(const GateResult& result, GateReason reason) {
-  return std::any_of(result.cells.begin(), result.cells.end(),
-                     [&](const GateCell& cell) { return cell.reason == reason; });
-}
-
 // The worst loss of efficiency that failed, in whole percent rounded up.
 std::string acknowledgement(const GateResult& result) {
   for (const GateCell* cell : worst_first(result)) {
@@ -85,7 +81,7 @@ std::string effect_text(const std::optional<GateEffect>& effect) {
 }
 
 std::string ratio_change_text(const std::optional<double>& ratio) {
-  return ratio ? percent_text(*ratio - 1) : "-";
+  return ratio ? change_text(*ratio) : "-";
 }
 
 std::string counters_text(const GateCell& cell) {
@@ -120,11 +116,17 @@ std::string null_control_text(const NullControl& control) {
                                       : "as it should be");
 }
 
-std::string gate_command(const GateResult& result) {
-  const std::string_view suffix = result.interleaved ? "-exe" : "";
-  return fmt::format("penumbra gate --base{} {} --head{} {} --config {}", suffix,
-                     shell_quoted(result.base.what), suffix, shell_quoted(result.head.what),
-                     shell_quoted(result.config_file));
+std::string repeat_command(const GateResult& result) {
+  const char* base = "--base-exe";
+  const char* head = "--head-exe";
+  if (!result.interleaved) {
+    const auto build = nlohmann::json::parse(result.head.build, nullptr, false);
+    const bool is_program = build.is_object() && !build.empty();
+    base = is_program ? "--baseline" : "--base";
+    head = is_program ? "--head-exe" : "--head";
+  }
+  return fmt::format("penumbra gate {} {} {} {} --config {}", base, shell_quoted(result.base.what),
+                     head, shell_quoted(result.head.what), shell_quoted(result.config_file));
 }
 
 std::vector<std::string> next_steps(const GateResult& result) {
@@ -134,26 +136,22 @@ std::vector<std::string> next_steps(const GateResult& result) {
                     shell_quoted(result.config_file));
   }
   if (fails_with(result, GateReason::NonDeterministic)) {
-    steps.push_back(
+    steps.emplace_back(
         "The same seed has to give the same bits on any number of threads: look for random numbers "
         "or sums that depend on the order of tiles.");
   }
   if (fails_with(result, GateReason::Biased)) {
-    steps.push_back("A bias is not accepted by a trailer: the mean has to be the reference's.");
+    steps.emplace_back("A bias is not accepted by a trailer: the mean has to be the reference's.");
   }
   if (const std::string trailer = acknowledgement(result); !trailer.empty()) {
-    steps.push_back(
+    steps.emplace_back(
         "The sentence says whether error, rays or work moved. A loss that is meant is accepted "
         "by a trailer in the commit message: " +
         trailer);
   }
   if (result.verdict == GateVerdict::Inconclusive) {
-    steps.push_back(
+    steps.emplace_back(
         "Not decided: run it again on a quieter machine, or with more blocks (gate.looks).");
-  }
-  if (!result.interleaved && has_reason(result, GateReason::Improved)) {
-    steps.push_back(
-        "Efficiency rose, so the baseline is stale: penumbra baseline update --reason.");
   }
   return steps;
 }

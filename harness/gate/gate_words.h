@@ -21,10 +21,10 @@ std::vector<const GateCell*> worst_first(const GateResult& result);
 /// "-4.90 % [-7.00, -2.80]": the change of an efficiency with its 95 % interval; "-" for none.
 std::string effect_text(const std::optional<GateEffect>& effect);
 
-/// The same of a ratio without interval.
+/// change_text of a ratio (judge.h); "-" for none.
 std::string ratio_change_text(const std::optional<double>& ratio);
 
-/// "rays 100 -> 120 (+20.00 %)", for every counter that moved; empty where none did.
+/// "rays 100 -> 120 (+20.0 %)", for every counter that moved; empty where none did.
 std::string counters_text(const GateCell& cell);
 
 /// Why there was no test of bias; empty: there was.
@@ -36,8 +36,9 @@ std::string bias_text(const GateBias& bias);
 /// What the null control found, in one sentence.
 std::string null_control_text(const NullControl& control);
 
-/// Both sides and config as a command that compares them again.
-std::string gate_command(const GateResult& result);
+/// Both sides and config as a command that compares them again. A head that names no build is a
+/// folder of results.
+std::string repeat_command(const GateResult& result);
 
 /// What somebody who reads the verdict can do; empty after a plain pass.
 std::vector<std::string> next_steps(const GateResult& result);

@@ -132,7 +132,7 @@ inline GateResult stored_result() {
   GateResult result = gate_result({cell}, GateVerdict::Pass, 0);
   result.interleaved = false;
   result.null_control.reset();
-  result.base = {"baselines/quick gate.json", "", ""};
+  result.base = {"baselines/quick gate", "", ""};
   return result;
 }
 

@@ -28,9 +28,9 @@ std::string schema_text() {
 
 /// What the schema finds in a document.
 std::string faults_of(const std::string& text) {
-  static const JsonSchema schema(schema_text());
+  static const JsonSchema kSchema(schema_text());
   DiagnosticList faults;
-  schema.validate(LocatedJson::parse_text(text, "gate.json"), faults);
+  kSchema.validate(LocatedJson::parse_text(text, "gate.json"), faults);
   return faults.text();
 }
 

@@ -58,7 +58,7 @@ TEST(GateJunit, EveryLossIsAFailureWithItsReasonAsType) {
     EXPECT_EQ(failure.attribute("type").value(), to_string(reason));
     EXPECT_STREQ(failure.attribute("message").value(), "sentence of s/B/sobol");
     const std::string details = failure.text().get();
-    EXPECT_NE(details.find("counters: rays 1000 -> 1200 (+20.00 %)"), std::string::npos);
+    EXPECT_NE(details.find("counters: rays 1000 -> 1200 (+20.0 %)"), std::string::npos);
   }
 }
 
