@@ -93,8 +93,8 @@ class ReplicateSums {
 std::vector<MeanEstimate> tile_estimates(const ReplicateReference& reference, int width,
                                          std::span<const BiasTile> tiles);
 
-/// Tests the bias of replicates: of the whole image and, with enough of them and a reference that is
-/// quiet enough, of all tiles.
+/// Tests the bias of replicates: of the whole image and, with enough of them and a reference that
+/// is quiet enough, of all tiles.
 /// @param tiles  of `bias_tiles` with kBiasTileSides; width, height of the image [pixels]
 /// @return nullopt for fewer than kReplicatesForTest
 std::optional<BiasTestResult> test_bias(const TileReplicates& tiles,

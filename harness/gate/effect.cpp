@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <map>
 
 #include "scenes/core/error.h"
 
@@ -32,6 +32,26 @@ GateEffect effect_of(double log_ratio, double standard_error, std::size_t blocks
                                                          degrees_of_freedom)
                                      : (log_ratio < allowed ? 0.0 : 1.0);
   return effect;
+}
+
+// log(base time / head time), negative where head takes longer: means over pairs of blocks, in
+// which either side came first once.
+std::optional<std::map<int, double>> log_time_ratios(std::span<const RunPair> pairs) {
+  std::map<int, Welford> logs;
+  for (const RunPair& pair : pairs) {
+    if (!pair.base->time_cpu_s || !pair.head->time_cpu_s) return std::nullopt;
+    const double log = std::log(*pair.base->time_cpu_s / *pair.head->time_cpu_s);
+    if (!std::isfinite(log)) return std::nullopt;
+    logs[pair.base->block / 2].add(log);
+  }
+  std::map<int, double> means;
+  for (const auto& [two_blocks, values] : logs) means[two_blocks] = values.mean();
+  return means;
+}
+
+std::optional<GateEffect> mean_effect(const Welford& values, const EffectOptions& options) {
+  if (values.count() < 2) return std::nullopt;
+  return effect_of(values.mean(), *values.standard_error(), values.count(), options);
 }
 
 // Empty where a run lacks the cost.
@@ -106,13 +126,24 @@ std::optional<GateEffect> efficiency_effect(std::span<const RunPair> pairs, Gate
 
 std::optional<GateEffect> time_effect(std::span<const RunPair> pairs,
                                       const EffectOptions& options) {
-  Welford logs;
-  for (const RunPair& pair : pairs) {
-    if (!pair.base->time_cpu_s || !pair.head->time_cpu_s) return std::nullopt;
-    logs.add(std::log(*pair.base->time_cpu_s / *pair.head->time_cpu_s));
+  const auto logs = log_time_ratios(pairs);
+  if (!logs) return std::nullopt;
+  Welford values;
+  for (const auto& [two_blocks, log] : *logs) values.add(log);
+  return mean_effect(values, options);
+}
+
+std::optional<GateEffect> suite_time_effect(std::span<const std::vector<RunPair>> cells,
+                                            const EffectOptions& options) {
+  std::map<int, std::vector<double>> of_cells;
+  for (const std::vector<RunPair>& pairs : cells) {
+    const auto logs = log_time_ratios(pairs);
+    if (!logs) return std::nullopt;
+    for (const auto& [two_blocks, log] : *logs) of_cells[two_blocks].push_back(log);
   }
-  if (logs.count() < 2 || !std::isfinite(logs.mean())) return std::nullopt;
-  return effect_of(logs.mean(), *logs.standard_error(), logs.count(), options);
+  Welford values;
+  for (auto& [two_blocks, logs] : of_cells) values.add(median(std::move(logs)));
+  return mean_effect(values, options);
 }
 
 std::optional<GateEffect> suite_effect(std::span<const SuiteMember> members,

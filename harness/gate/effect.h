@@ -37,7 +37,8 @@ std::optional<GateEffect> efficiency_effect(std::span<const RunPair> pairs, Gate
                                             bool with_error, const EffectOptions& options,
                                             std::string& fault);
 
-/// log(base time / head time): t of the logarithms of pairs. Empty without times.
+/// log(base time / head time): t over pairs of blocks, in which either side comes first once,
+/// because which one does can matter more than a change of the program. Empty without times.
 std::optional<GateEffect> time_effect(std::span<const RunPair> pairs, const EffectOptions& options);
 
 /// What one cell contributes to the suite.
@@ -50,6 +51,10 @@ struct SuiteMember {
 /// Mean of the members' log ratios, by a jackknife over blocks that leaves a block out of all.
 std::optional<GateEffect> suite_effect(std::span<const SuiteMember> members,
                                        const EffectOptions& options);
+
+/// Likewise of several cells: of every pair of blocks the median over cells.
+std::optional<GateEffect> suite_time_effect(std::span<const std::vector<RunPair>> cells,
+                                            const EffectOptions& options);
 
 /// Ratio of the means of a cost, head over base.
 std::optional<double> cost_ratio(std::span<const RunPair> pairs, GateCurrency currency);

@@ -106,11 +106,12 @@ GateCellRuns GateSession::cell_runs(std::size_t index, GatePhase phase) const {
   return runs;
 }
 
+// A confirmation is one look.
 Judgement GateSession::judge_cells(std::span<const std::size_t> cells, GatePhase phase) const {
   std::vector<GateCellRuns> runs;
   for (const std::size_t c : cells) runs.push_back(cell_runs(c, phase));
   JudgeOptions options;
-  options.level = level();
+  options.level = phase == GatePhase::Confirm ? 1.0 - subject_.gate.confidence : level();
   options.interleaved = !stored();
   options.suite = subject_.gate.thresholds;
   options.suite_instructions = subject_.gate.suite_instructions;
@@ -148,7 +149,8 @@ bool GateSession::check_head() {
   return sound;
 }
 
-// G2 and G3. Cells that are decided need no more blocks, unless all together are not.
+// G2 and G3. Cells that are decided need no more blocks, unless all together are not. A failure
+// ends the looks: it is to be confirmed.
 void GateSession::look_until_decided() {
   std::vector<std::size_t> open = cells_;
   Judgement judgement;
@@ -160,6 +162,11 @@ void GateSession::look_until_decided() {
     judgement = judge_cells(cells_, GatePhase::Measure);
     result_.blocks = blocks;
     before = blocks;
+    const auto lost = [](const auto& found) { return found.verdict == GateVerdict::Fail; };
+    if (lost(judgement.suite) ||
+        std::any_of(judgement.cells.begin(), judgement.cells.end(), lost)) {
+      break;
+    }
     if (!undecided(judgement.suite)) {
       std::erase_if(open, [&](std::size_t c) {
         return std::none_of(judgement.cells.begin(), judgement.cells.end(),

@@ -167,6 +167,7 @@ GateReason reason_of_loss(const GateCell& cell) {
 }
 
 std::string percent(const GateEffect& effect) {
+  if (effect.standard_error == 0) return change_text(std::exp(effect.log_ratio));
   return fmt::format("{} [{}, {}]", change_text(std::exp(effect.log_ratio)),
                      change_text(std::exp(effect.interval.lo)),
                      change_text(std::exp(effect.interval.hi)));
@@ -256,8 +257,14 @@ GateSuite judge_suite(const std::vector<Case>& cases, const JudgeOptions& option
   const GateThresholds& limits = options.suite;
   suite.efficiency = suite_effect(members, {options.level, limits.noise});
   if (options.interleaved) {
-    suite.efficiency_cpu = suite_effect(members_of(cases, false, GateCurrency::CpuTime),
-                                        {options.level, limits.noise});
+    const std::vector<SuiteMember> in_time = members_of(cases, false, GateCurrency::CpuTime);
+    const bool equal_errors = std::none_of(in_time.begin(), in_time.end(),
+                                           [](const SuiteMember& m) { return m.with_error; });
+    const EffectOptions of_time{options.level, limits.noise};
+    std::vector<std::vector<RunPair>> pairs;
+    for (const SuiteMember& member : in_time) pairs.push_back(member.pairs);
+    suite.efficiency_cpu =
+        equal_errors ? suite_time_effect(pairs, of_time) : suite_effect(in_time, of_time);
   }
   const std::vector<SuiteMember> same = members_of(cases, true);
   const auto instructions =
@@ -312,7 +319,8 @@ GateSuite judge_suite(const std::vector<Case>& cases, const JudgeOptions& option
 std::string change_text(double ratio) {
   const double change = 100.0 * (ratio - 1.0);
   if (change == 0.0) return "±0";
-  if (std::abs(change) < 0.05) return fmt::format("{:+.2g} %", change);
+  if (std::abs(change) < 0.005) return "±0.00 %";
+  if (std::abs(change) < 0.05) return fmt::format("{:+.2f} %", change);
   return fmt::format("{:+.1f} %", change);
 }
 
@@ -331,9 +339,14 @@ Judgement judge(std::span<const GateCellRuns> cells, const JudgeOptions& options
 
 NullControl judge_null(std::span<const GateRun> base, std::span<const GateRun> null, double level) {
   NullControl control;
-  const std::vector<RunPair> pairs = paired_runs(base, null);
-  control.pairs = static_cast<int>(pairs.size());
-  control.cpu_time = time_effect(pairs, {level / 2, 0.0});
+  std::map<std::string, std::vector<RunPair>> of_cells;
+  for (const RunPair& pair : paired_runs(base, null)) {
+    of_cells[pair.base->cell].push_back(pair);
+    ++control.pairs;
+  }
+  std::vector<std::vector<RunPair>> cells;
+  for (auto& [name, pairs] : of_cells) cells.push_back(std::move(pairs));
+  control.cpu_time = suite_time_effect(cells, {level / 2, 0.0});
   if (control.cpu_time) {
     control.rejected = control.cpu_time->lower > 0 || control.cpu_time->upper < 0;
   }

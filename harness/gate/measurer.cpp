@@ -31,17 +31,19 @@ std::string half_hash_of(const Image& image) {
   return hash_of_bytes(std::as_bytes(std::span(halves)));
 }
 
-// The sides of a cell one after the other, in every second block the other way round.
+// The sides of a cell follow each other, in an order that is random too: what comes first always
+// could meet whatever else goes on on the machine at the same period. Every second block goes the
+// other way round.
 std::vector<std::pair<std::size_t, GateSide>> block_order(const GateSubject& subject, int block,
                                                           std::span<const GateWork> work) {
-  std::vector<const GateWork*> order;
-  for (const GateWork& item : work) order.push_back(&item);
+  std::vector<GateWork> order(work.begin(), work.end());
   std::mt19937_64 generator(
       hash_texts({"gate order", std::to_string(subject.config().seed), std::to_string(block / 2)}));
   for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[generator() % i]);
   std::vector<std::pair<std::size_t, GateSide>> result;
-  for (const GateWork* item : order) {
-    for (const GateSide side : item->sides) result.emplace_back(item->cell, side);
+  for (GateWork& item : order) {
+    if (generator() % 2 == 1) std::reverse(item.sides.begin(), item.sides.end());
+    for (const GateSide side : item.sides) result.emplace_back(item.cell, side);
   }
   if (block % 2 == 1) std::reverse(result.begin(), result.end());
   return result;

@@ -66,7 +66,7 @@ class GateMeasurer {
   WorkerGreeting greeting(GateSide side) const;
 
   /// Makes the runs of the blocks [first, last): in a random order of cells, in which the sides of
-  /// a cell follow each other, in the next block the other way round.
+  /// a cell follow each other; every second block goes the other way round.
   /// Programs are started anew for every pair of blocks, so that a block is one of processes too.
   /// @throws GateInterrupted
   void measure(GatePhase phase, std::span<const GateWork> work, int first, int last);
