@@ -1,8 +1,12 @@
 #pragma once
 
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "harness/rank_places.h"
 
 namespace penumbra {
 
@@ -36,7 +40,10 @@ std::string build_id();
 struct Session {
   int threads{1};
   std::string command_line;
-  std::string config;  ///< resolved, as text
+  std::string config;                           ///< resolved, as text
+  std::string shard;                            ///< "2/3"; empty: everything
+  std::vector<RankPlace> ranks;                 ///< of a run that a launcher of MPI started
+  std::map<std::string, std::string> machines;  ///< of all ranks: machine_json by machine_text
 };
 
 /// Machine, build, libraries and the calls that measured, as JSON text: environment.json of a
@@ -44,7 +51,14 @@ struct Session {
 /// @param before  the same of earlier calls, whose sessions and builds are kept; or empty
 std::string environment_json(const Session& session, const std::string& before);
 
+/// Of several results, put together: the sessions of all, and all builds and machines.
+/// @param parts  environment.json of each, not empty; an empty or damaged one adds nothing
+std::string joined_environment(const std::vector<std::string>& parts, const Session& session);
+
 /// Name and core count that timings belong to.
 std::string machine_text();
+
+/// What is known of this machine, as JSON text.
+std::string machine_json();
 
 }  // namespace penumbra

@@ -116,6 +116,12 @@ std::optional<int> shared(const CellList& cells, T RunRow::*member) {
   return same ? std::optional<int>(value) : std::nullopt;
 }
 
+/// Why a cell is no point of a curve; empty when it is.
+std::string curve_fault(const MeasuredCell& cell) {
+  const std::string fault = fault_of(cell);
+  return fault.empty() ? time_fault_of(cell) : fault;
+}
+
 void describe(Family& family, const TableOptions& options) {
   CurveRow& row = family.row;
   const RunRow& run = family.cells.front()->first();
@@ -133,7 +139,7 @@ void describe(Family& family, const TableOptions& options) {
   row.n_points = static_cast<int>(family.cells.size());
   if (!family.failed.empty()) {
     add_note(row, fmt::format("{} budgets left out, the first because {}", family.failed.size(),
-                              fault_of(*family.failed.front())));
+                              curve_fault(*family.failed.front())));
   }
 }
 
@@ -146,11 +152,11 @@ bool differ_in_spp_only(const Family& family) {
          });
 }
 
-/// Cells with a failed run apart, the others in order of their realised time.
+/// Cells with a failed run or without a time apart, the others in order of their realised time.
 Family family_of(const CellList& cells, const TableOptions& options) {
   Family family;
   for (const MeasuredCell* cell : cells) {
-    (fault_of(*cell).empty() ? family.cells : family.failed).push_back(cell);
+    (curve_fault(*cell).empty() ? family.cells : family.failed).push_back(cell);
   }
   if (family.cells.size() < 2) return family;
   const auto time =

@@ -22,6 +22,7 @@ struct Cell {
   EfficiencyRow row;
   double floor{0};
   bool comparable{false};  // has an efficiency
+  bool has_times{true};    // its runs' times may be put together
 };
 
 EfficiencyRow identity_of(const RunRow& run, const TableOptions& options) {
@@ -117,8 +118,10 @@ void add_efficiency(Cell& cell, double confidence) {
     return;
   }
   std::vector<CostError> blocks;
-  for (const auto& [block, run] : cell.runs.blocks)
-    blocks.push_back({*run->time_wall_s, *run->mse});
+  for (const auto& [block, run] : cell.runs.blocks) {
+    blocks.push_back(
+        {cell.has_times ? *run->time_wall_s : static_cast<double>(run->rays), *run->mse});
+  }
   const EfficiencyEstimate estimate = log_efficiency(blocks, {confidence, cell.floor});
   if (!estimate.log) {
     if (estimate.reason == NoEstimate::BelowReferenceNoise) {
@@ -128,12 +131,13 @@ void add_efficiency(Cell& cell, double confidence) {
     return;
   }
   cell.comparable = true;
-  row.eff = std::exp(estimate.log->value);
-  if (estimate.log->interval) {
-    row.eff_lo = std::exp(estimate.log->interval->lo);
-    row.eff_hi = std::exp(estimate.log->interval->hi);
-  } else {
-    add_note(row, "one block: no interval");
+  if (!estimate.log->interval) add_note(row, "one block: no interval");
+  if (cell.has_times) {
+    row.eff = std::exp(estimate.log->value);
+    if (estimate.log->interval) {
+      row.eff_lo = std::exp(estimate.log->interval->lo);
+      row.eff_hi = std::exp(estimate.log->interval->hi);
+    }
   }
   Welford rays;
   for (const auto& [block, run] : cell.runs.blocks) rays.add(static_cast<double>(run->rays));
@@ -160,8 +164,14 @@ void summarise(Cell& cell, const TableOptions& options) {
     add_note(row, fault);
     return;
   }
-  row.time_wall_s = cell.runs.mean_of(&RunRow::time_wall_s);
-  row.time_cpu_s = cell.runs.mean_of(&RunRow::time_cpu_s);
+  const std::string time_fault = time_fault_of(cell.runs);
+  cell.has_times = time_fault.empty();
+  if (cell.has_times) {
+    row.time_wall_s = cell.runs.mean_of(&RunRow::time_wall_s);
+    row.time_cpu_s = cell.runs.mean_of(&RunRow::time_cpu_s);
+  } else {
+    add_note(row, time_fault);
+  }
   add_errors(cell, options.confidence);
   add_efficiency(cell, options.confidence);
 }
@@ -171,7 +181,14 @@ struct Ratio {
   std::optional<double> value, lo, hi, log_se;
   std::int64_t blocks{0};
   std::string fault;
+  int apart{0};  ///< blocks that are left out: the two runs' times are of different hosts
 };
+
+Ratio no_ratio(std::string why) {
+  Ratio ratio;
+  ratio.fault = std::move(why);
+  return ratio;
+}
 
 /// The cell with that label to compare with. @param sampler  empty: any
 /// @return nullptr, and why in `fault`
@@ -199,6 +216,8 @@ const Cell* find_baseline(const std::vector<Cell>& cells, const EfficiencyRow& r
 /// What an efficiency is per.
 enum class Currency { Cpu, Wall, Rays, Instructions };
 
+bool is_time(Currency currency) { return currency == Currency::Cpu || currency == Currency::Wall; }
+
 Currency primary_currency(const TableOptions& options) {
   return options.primary == PrimaryTime::Cpu ? Currency::Cpu : Currency::Wall;
 }
@@ -220,23 +239,34 @@ std::optional<double> cost_of(const RunRow& run, Currency currency) {
 
 Ratio ratio_of(const Cell& cell, const Cell& baseline, Currency currency,
                const TableOptions& options) {
-  if (&cell == &baseline) return {1.0, 1.0, 1.0, {}, cell.row.n_blocks, {}};
+  if (is_time(currency) && !cell.has_times) return {};
+  if (&cell == &baseline) return {1.0, 1.0, 1.0, {}, cell.row.n_blocks, {}, 0};
   if (!baseline.comparable) {
-    return {{}, {}, {}, {}, 0, fmt::format("baseline {} has no efficiency", baseline.row.label)};
+    return no_ratio(fmt::format("baseline {} has no efficiency", baseline.row.label));
+  }
+  if (is_time(currency) &&
+      !(baseline.has_times && has_comparable_times(cell.runs.first(), baseline.runs.first()))) {
+    return no_ratio("times of several machines or numbers of threads");
   }
   std::vector<PairedCostError> blocks;
+  int apart = 0;
   for (const auto& [block, run] : cell.runs.blocks) {
     const auto other = baseline.runs.blocks.find(block);
     if (other == baseline.runs.blocks.end()) continue;
+    if (is_time(currency) && run->host != other->second->host) {
+      ++apart;
+      continue;
+    }
     const std::optional<double> cost = cost_of(*run, currency);
     const std::optional<double> other_cost = cost_of(*other->second, currency);
-    if (!cost || !other_cost) return {{}, {}, {}, {}, 0, "a cost was not measured"};
+    if (!cost || !other_cost) return no_ratio("a cost was not measured");
     blocks.push_back({{*cost, *run->mse}, {*other_cost, *other->second->mse}});
   }
   const EfficiencyEstimate estimate =
       log_efficiency_ratio(blocks, {options.confidence, cell.floor});
-  if (!estimate.log) return {{}, {}, {}, {}, 0, std::string(reason_text(estimate.reason))};
+  if (!estimate.log) return no_ratio(std::string(reason_text(estimate.reason)));
   Ratio ratio;
+  ratio.apart = apart;
   ratio.value = std::exp(estimate.log->value);
   ratio.blocks = static_cast<std::int64_t>(blocks.size());
   ratio.log_se = estimate.log->standard_error;
@@ -254,21 +284,6 @@ const Cell* baseline_of(const Cell& cell, const std::vector<Cell>& cells, const 
   return find_baseline(cells, cell.row, label, sampler, fault);
 }
 
-std::optional<double> published_efficiency(const TableOptions& options, const std::string& label,
-                                           const std::string& scene) {
-  const auto method = options.published.find(label);
-  if (method == options.published.end()) return std::nullopt;
-  const auto found = method->second.find(scene);
-  return found == method->second.end() ? std::nullopt : std::optional(found->second);
-}
-
-std::optional<double> published_ratio(const EfficiencyRow& row, const TableOptions& options) {
-  const auto own = published_efficiency(options, row.label, row.scene);
-  const auto baseline = published_efficiency(options, options.baseline, row.scene);
-  if (!own || !baseline) return std::nullopt;
-  return *own / *baseline;
-}
-
 void compare_with_published(EfficiencyRow& row) {
   if (!row.ratio_published || !row.ratio_lo || !row.ratio_hi) return;
   if (*row.ratio_published >= *row.ratio_lo && *row.ratio_published <= *row.ratio_hi) return;
@@ -276,12 +291,9 @@ void compare_with_published(EfficiencyRow& row) {
                             *row.ratio_lo, *row.ratio_hi));
 }
 
-void add_other_currencies(EfficiencyRow& row, const Cell& cell, const Cell& baseline,
-                          const TableOptions& options) {
-  const Ratio wall = ratio_of(cell, baseline, Currency::Wall, options);
-  row.ratio_wall = wall.value;
-  row.ratio_wall_lo = wall.lo;
-  row.ratio_wall_hi = wall.hi;
+// Costs that are the same on any machine.
+void add_ratios_of_work(EfficiencyRow& row, const Cell& cell, const Cell& baseline,
+                        const TableOptions& options) {
   const Ratio rays = ratio_of(cell, baseline, Currency::Rays, options);
   row.ratio_rays = rays.value;
   row.ratio_rays_lo = rays.lo;
@@ -297,6 +309,10 @@ void add_ratio(EfficiencyRow& row, const Cell& cell, const Cell& baseline,
                const TableOptions& options) {
   const Ratio ratio = ratio_of(cell, baseline, primary_currency(options), options);
   if (!ratio.fault.empty()) add_note(row, "ratio: " + ratio.fault);
+  if (ratio.apart > 0) {
+    add_note(row, fmt::format("ratio: {} blocks left out, measured on two hosts", ratio.apart));
+  }
+  add_ratios_of_work(row, cell, baseline, options);
   if (!ratio.value) return;
   row.ratio = ratio.value;
   row.ratio_lo = ratio.lo;
@@ -304,7 +320,10 @@ void add_ratio(EfficiencyRow& row, const Cell& cell, const Cell& baseline,
   row.ratio_blocks = ratio.blocks;
   row.log_ratio_se = ratio.log_se;
   if (ratio.log_se) row.detectable = detectable_effect(*ratio.log_se, ratio.blocks);
-  add_other_currencies(row, cell, baseline, options);
+  const Ratio wall = ratio_of(cell, baseline, Currency::Wall, options);
+  row.ratio_wall = wall.value;
+  row.ratio_wall_lo = wall.lo;
+  row.ratio_wall_hi = wall.hi;
 }
 
 void add_tuned_ratio(EfficiencyRow& row, const Cell& cell, const std::vector<Cell>& cells,

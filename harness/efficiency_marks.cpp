@@ -7,9 +7,28 @@
 #include <string>
 #include <tuple>
 
+#include "harness/efficiency.h"
 #include "harness/statistics.h"
 
 namespace penumbra {
+namespace {
+
+std::optional<double> published_efficiency(const TableOptions& options, const std::string& label,
+                                           const std::string& scene) {
+  const auto method = options.published.find(label);
+  if (method == options.published.end()) return std::nullopt;
+  const auto found = method->second.find(scene);
+  return found == method->second.end() ? std::nullopt : std::optional(found->second);
+}
+
+}  // namespace
+
+std::optional<double> published_ratio(const EfficiencyRow& row, const TableOptions& options) {
+  const auto own = published_efficiency(options, row.label, row.scene);
+  const auto baseline = published_efficiency(options, options.baseline, row.scene);
+  if (!own || !baseline) return std::nullopt;
+  return *own / *baseline;
+}
 
 void adjust_bias(std::vector<EfficiencyRow>& rows) {
   std::vector<double> p;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "harness/measured_cells.h"
@@ -7,6 +8,11 @@
 
 /// What a row of the efficiency table owes to the other rows.
 namespace penumbra {
+
+struct TableOptions;
+
+/// The published ratio of efficiencies to the baseline's. @return empty where either is missing
+std::optional<double> published_ratio(const EfficiencyRow& row, const TableOptions& options);
 
 /// Sets bias_p_holm: Holm over all cells of the table that have a bias_p.
 void adjust_bias(std::vector<EfficiencyRow>& rows);

@@ -67,6 +67,77 @@ nlohmann::ordered_json kept(const nlohmann::ordered_json& earlier, const char* n
   return earlier[name].type() == empty.type() ? earlier[name] : empty;
 }
 
+// A command line may be any bytes.
+constexpr auto kAnyBytes = nlohmann::ordered_json::error_handler_t::replace;
+
+nlohmann::ordered_json current_machine_json() {
+  utsname system{};
+  uname(&system);
+  return {{"cpu", proc_value("/proc/cpuinfo", "model name")},
+          {"microcode", proc_value("/proc/cpuinfo", "microcode")},
+          {"cores", std::thread::hardware_concurrency()},
+          {"memory", proc_value("/proc/meminfo", "MemTotal")},
+          {"kernel", std::string(system.sysname) + " " + system.release},
+          {"governor", first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")}};
+}
+
+nlohmann::ordered_json session_json(const Session& session, const std::string& load) {
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  nlohmann::ordered_json json = {{"started", fmt::format("{:%FT%TZ}", now)},
+                                 {"commit", build_info().commit},
+                                 {"build", build_id()},
+                                 {"command_line", session.command_line},
+                                 {"threads", session.threads},
+                                 {"load_average", load},
+                                 {"machine", machine_text()},
+                                 {"host", host_name()}};
+  if (!session.shard.empty()) json["shard"] = session.shard;
+  for (const RankPlace& place : session.ranks) {
+    json["ranks"].push_back({{"rank", place.rank},
+                             {"host", place.host},
+                             {"cpus", place.cpus},
+                             {"pinned_by", place.pinned_by.empty() ? "none" : place.pinned_by}});
+  }
+  return json;
+}
+
+// This build and machine, the sessions of earlier calls and this one.
+nlohmann::ordered_json environment_of(const Session& session,
+                                      const std::vector<std::string>& earlier) {
+  using nlohmann::ordered_json;
+  const std::string load = first_line("/proc/loadavg");
+  ordered_json json;
+  json["penumbra"] = build_json();
+  json["libraries"] = libraries_json();
+  json["machine"] = current_machine_json();
+  json["machine"]["load_average"] = load;
+  {
+    const DenormalMode mode(RenderSettings{}.denormals);
+    json["denormals"] = DenormalMode::text();
+  }
+  json["threads"] = session.threads;
+  json["command_line"] = session.command_line;
+  json["config_hash"] = hash_id({"config", session.config});
+  json["builds"] = ordered_json::object();
+  json["machines"] = ordered_json::object();
+  json["sessions"] = ordered_json::array();
+  for (const std::string& text : earlier) {
+    const ordered_json part = ordered_json::parse(text, nullptr, false);
+    json["builds"].update(kept(part, "builds", ordered_json::object()));
+    json["machines"].update(kept(part, "machines", ordered_json::object()));
+    for (const ordered_json& entry : kept(part, "sessions", ordered_json::array())) {
+      json["sessions"].push_back(entry);
+    }
+  }
+  json["builds"][build_id()] = switches_json();
+  json["machines"][machine_text()] = current_machine_json();
+  for (const auto& [name, text] : session.machines) {
+    json["machines"][name] = ordered_json::parse(text, nullptr, false);
+  }
+  json["sessions"].push_back(session_json(session, load));
+  return json;
+}
+
 }  // namespace
 
 std::string build_id() { return hash_id({"build", switches_json().dump()}); }
@@ -82,43 +153,14 @@ std::string machine_text() {
                      std::thread::hardware_concurrency());
 }
 
+std::string machine_json() { return current_machine_json().dump(); }
+
 std::string environment_json(const Session& session, const std::string& before) {
-  using nlohmann::ordered_json;
-  utsname system{};
-  uname(&system);
-  const BuildInfo& build = build_info();
-  const std::string load = first_line("/proc/loadavg");
-  ordered_json json;
-  json["penumbra"] = build_json();
-  json["libraries"] = libraries_json();
-  json["machine"] = {
-      {"cpu", proc_value("/proc/cpuinfo", "model name")},
-      {"microcode", proc_value("/proc/cpuinfo", "microcode")},
-      {"cores", std::thread::hardware_concurrency()},
-      {"memory", proc_value("/proc/meminfo", "MemTotal")},
-      {"kernel", std::string(system.sysname) + " " + system.release},
-      {"governor", first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")},
-      {"load_average", load}};
-  {
-    const DenormalMode mode(RenderSettings{}.denormals);
-    json["denormals"] = DenormalMode::text();
-  }
-  json["threads"] = session.threads;
-  json["command_line"] = session.command_line;
-  json["config_hash"] = hash_id({"config", session.config});
-  const ordered_json earlier = ordered_json::parse(before, nullptr, false);
-  json["builds"] = kept(earlier, "builds", ordered_json::object());
-  json["builds"][build_id()] = switches_json();
-  json["sessions"] = kept(earlier, "sessions", ordered_json::array());
-  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
-  json["sessions"].push_back({{"started", fmt::format("{:%FT%TZ}", now)},
-                              {"commit", build.commit},
-                              {"build", build_id()},
-                              {"command_line", session.command_line},
-                              {"threads", session.threads},
-                              {"load_average", load}});
-  // A command line may be any bytes.
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return environment_of(session, {before}).dump(2, ' ', false, kAnyBytes) + "\n";
+}
+
+std::string joined_environment(const std::vector<std::string>& parts, const Session& session) {
+  return environment_of(session, parts).dump(2, ' ', false, kAnyBytes) + "\n";
 }
 
 }  // namespace penumbra

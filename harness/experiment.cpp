@@ -1,19 +1,17 @@
 #include "harness/experiment.h"
 
+#include <fmt/format.h>
 #include <fnmatch.h>
 
 #include <algorithm>
 #include <csignal>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
-#include "harness/atomic_file.h"
 #include "harness/build_info.h"
 #include "harness/calibration.h"
 #include "harness/progress.h"
 #include "harness/render.h"
+#include "harness/shell_words.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -22,13 +20,6 @@ namespace {
 volatile std::sig_atomic_t stop_requested = 0;
 
 void request_stop(int) { stop_requested = 1; }
-
-std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
 
 // Times a stage from construction to destruction.
 class Stage {
@@ -61,7 +52,9 @@ bool matches_glob(const std::string& glob, const std::string& name) {
 Experiment::Experiment(ExperimentConfig config, RunOptions options)
     : config_(std::move(config)),
       options_(std::move(options)),
+      ranks_(options_.ranks != nullptr ? *options_.ranks : single_rank()),
       threads_(resolve_threads(config_.threads)) {
+  place_this_rank();
   {
     const Stage stage(stages_, "scenes and shading points");
     for (const SceneConfig& scene : config_.scenes)
@@ -72,7 +65,15 @@ Experiment::Experiment(ExperimentConfig config, RunOptions options)
   references_.resize(scenes_.size());
 }
 
+// Before there are threads, which take over the cores that the process is bound to.
+void Experiment::place_this_rank() {
+  if (!ranks_.is_launched()) return;
+  places_ = place_ranks(ranks_, config_.threads == 0);
+  if (config_.threads == 0) threads_ = places_.threads;
+}
+
 void Experiment::select_cells() {
+  std::erase_if(cells_, [&](const Cell& cell) { return !options_.scenes.has(cell.scene); });
   if (!options_.only.empty()) {
     std::erase_if(cells_, [&](const Cell& cell) {
       return !matches_glob(options_.only, config_.scenes[cell.scene].name + "/" + cell.label + "/" +
@@ -90,7 +91,7 @@ void Experiment::select_cells() {
 
 RunOutcome Experiment::run() {
   RunOutcome outcome;
-  if (build_info().asserts) warn("debug assertions are on: times mean nothing");
+  if (build_info().asserts && ranks_.is_root()) warn("debug assertions are on: times mean nothing");
   open_folder();
   {
     const Stage stage(stages_, "references");
@@ -107,57 +108,66 @@ RunOutcome Experiment::run() {
   if (!outcome.interrupted) {
     const Stage stage(stages_, "where the time goes");
     measure_stages();
+    ranks_.barrier();  // pictures of other ranks would disturb its times
   }
   if (!outcome.interrupted) {
     const Stage stage(stages_, "pictures");
     write_pictures();
+    ranks_.barrier();
   }
   return outcome;
-}
-
-// A folder may go on with a changed config: cells that are still in it keep their rows. Another
-// experiment's results stay as they are.
-void Experiment::open_folder() {
-  std::error_code error;
-  std::filesystem::create_directories(options_.out / "images", error);
-  if (error) throw RunError(options_.out.string() + ": cannot be created: " + error.message());
-  const std::filesystem::path resolved = options_.out / "config.resolved.json";
-  const std::string before = read_text(resolved);
-  if (!before.empty()) {
-    const nlohmann::json config = nlohmann::json::parse(before, nullptr, false);
-    const auto name_at = config.is_object() ? config.find("name") : config.end();
-    if (name_at == config.end() || !name_at->is_string()) {
-      throw InputError(resolved.string() +
-                       ": is not the config of a run; use another --out or remove the folder");
-    }
-    const std::string name = name_at->get<std::string>();
-    if (name != config_.name) {
-      throw InputError(options_.out.string() + ": holds the results of another experiment, \"" +
-                       name + "\" (config.resolved.json); use another --out or remove the folder");
-    }
-  }
-  if (before != config_.resolved_json) write_file_atomically(resolved, config_.resolved_json);
-  const std::filesystem::path stage_table = options_.out / "stages.csv";
-  if (std::filesystem::exists(stage_table)) stage_rows_ = read_stage_rows(stage_table);
-  const std::filesystem::path environment = options_.out / "environment.json";
-  write_file_atomically(environment,
-                        environment_json({threads_, options_.command_line, config_.resolved_json},
-                                         read_text(environment)));
 }
 
 void Experiment::provide_references() {
   std::set<std::size_t> needed;
   for (const Cell& cell : cells_) needed.insert(cell.scene);
   for (const std::size_t s : needed) {
-    references_[s] = provide_reference(scenes_[s], threads_);
+    references_[s] = provide_reference(scenes_[s], threads_, 0, ranks_);
     note(describe(scenes_[s].config->name, *references_[s]));
   }
 }
 
+// Puts the given plans together.
+void Experiment::adopt_plans(const std::filesystem::path& file) const {
+  if (options_.plans.empty()) return;
+  std::map<std::string, PlannedCell> given;
+  for (const std::filesystem::path& part : options_.plans) {
+    for (PlannedCell& cell : read_plan(part)) given.emplace(cell.id, std::move(cell));
+  }
+  std::vector<Cell> cells;
+  std::vector<PlannedCell> plan;
+  for (const Cell& cell : expand_cells(config_, scenes_)) {
+    const auto found = given.find(cell.id);
+    if (found == given.end()) {
+      throw ReferenceError(fmt::format(
+          "{}: no cell \"{}\" of scene \"{}\" ({}): of another config, or not the plans "
+          "of all scenes",
+          options_.plans.front().string(), cell.label, config_.scenes[cell.scene].name, cell.id));
+    }
+    plan.push_back(found->second);
+    cells.push_back(cell);
+  }
+  if (std::filesystem::exists(file) && read_plan(file) != plan) {
+    throw ReferenceError(file.string() + ": is another plan than " +
+                         options_.plans.front().string() + "; use another --out");
+  }
+  write_plan(file, scenes_, cells, plan);
+}
+
 // A plan covers all cells of the config, so that --only can change between calls. Cells that it
-// has keep their numbers; those that are new are measured.
+// has keep their numbers; those that are new are measured, by the root. Shards must not pilot for
+// themselves: their cells would have other numbers.
 void Experiment::provide_plan() {
   const std::filesystem::path file = options_.out / "plan.lock.json";
+  if (ranks_.is_root()) {
+    adopt_plans(file);
+    complete_plan(file);
+  }
+  ranks_.barrier();
+  apply_plan(read_plan(file), cells_);
+}
+
+void Experiment::complete_plan(const std::filesystem::path& file) const {
   const std::vector<Cell> all = expand_cells(config_, scenes_);
   std::map<std::string, PlannedCell> known;
   if (std::filesystem::exists(file)) {
@@ -175,7 +185,8 @@ void Experiment::provide_plan() {
   }
   if (!missing.empty() || known.size() != all.size()) {
     std::vector<PlannedCell> found;
-    if (config_.budget) {
+    if (config_.budget && !missing.empty()) {
+      check_may_pilot();
       found = run_pilots(config_, scenes_, missing, matched_s);
     } else {
       for (const Cell& cell : missing)
@@ -186,7 +197,15 @@ void Experiment::provide_plan() {
     for (const Cell& cell : all) plan.push_back(known.at(cell.id));
     write_plan(file, scenes_, all, plan);
   }
-  apply_plan(read_plan(file), cells_);
+}
+
+void Experiment::check_may_pilot() const {
+  if (options_.shard.is_all()) return;
+  const std::string config = shell_quoted(config_.file.string());
+  throw ReferenceError(fmt::format(
+      "shards of a config with a time budget need one plan: make it with \"penumbra plan {} --lock "
+      "plan.lock.json\" (and the same --set) and give it to every shard as --plan plan.lock.json",
+      config));
 }
 
 }  // namespace penumbra

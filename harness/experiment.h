@@ -7,15 +7,21 @@
 #include <vector>
 
 #include "harness/config.h"
+#include "harness/mpi_ranks.h"
 #include "harness/plan.h"
+#include "harness/rank_places.h"
 #include "harness/reference.h"
 #include "harness/run_row.h"
 #include "harness/stage_shares.h"
 #include "harness/stage_table.h"
+#include "harness/work_share.h"
 
 /// Running an experiment: references, plan, blocks of runs with one appended row each, shares of
 /// the stages of an estimate, pictures.
 /// What the output folder already holds is not done again.
+///
+/// Work is spread over ranks and shards by whole pairs of blocks of a scene, so that everything
+/// whose times are compared was measured on one host, within one block.
 namespace penumbra {
 
 struct RunOptions {
@@ -23,6 +29,10 @@ struct RunOptions {
   std::string only;          ///< glob on "scene/label/sampler"; empty: all cells
   std::string tag;           ///< of methods; empty: all
   std::string command_line;  ///< for environment.json
+  WorkShare shard;           ///< pairs of blocks, by scene, and pictures that are this call's
+  WorkShare scenes;          ///< whose cells are kept
+  std::vector<std::filesystem::path> plans;  ///< frozen ones (`penumbra plan --lock`)
+  const Ranks* ranks{nullptr};               ///< that share the work; none: this process alone
 };
 
 /// How a run ended.
@@ -59,10 +69,20 @@ class Experiment {
 
  private:
   void select_cells();
+  void place_this_rank();
   void open_folder();
+  void write_environment() const;
+  void check_ranks() const;
   void provide_references();
   void provide_plan();
+  void adopt_plans(const std::filesystem::path& file) const;
+  void complete_plan(const std::filesystem::path& file) const;
+  void check_may_pilot() const;
   void run_blocks(RunOutcome& outcome);
+  void measure_blocks(RunOutcome& outcome);
+  void sum_over_ranks(RunOutcome& outcome) const;
+  bool has_run(const WorkShare& share, const Cell& cell, int block) const;
+  WorkShare rank_share() const;
   void warm_up(const Cell& cell);
   RunRow measure(const Cell& cell, int block, int order, int attempt);
   void measure_stages();
@@ -75,6 +95,8 @@ class Experiment {
 
   ExperimentConfig config_;
   RunOptions options_;
+  const Ranks& ranks_;
+  RankPlaces places_;  // of all ranks, where a launcher started them
   int threads_;
   std::vector<LoadedScene> scenes_;
   std::vector<Cell> cells_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fstream>
 #include <random>
+#include <sstream>
 
 #include "harness/build_info.h"
 #include "harness/cell_row.h"
@@ -15,6 +16,7 @@
 #include "harness/render.h"
 #include "harness/replicate_files.h"
 #include "harness/row_log.h"
+#include "harness/row_parts.h"
 #include "harness/run_conditions.h"
 #include "harness/shell_words.h"
 #include "scenes/core/error.h"
@@ -39,11 +41,58 @@ std::vector<std::size_t> Experiment::block_order(int block) const {
   return order;
 }
 
+// Both blocks of a pair, which balance each other's drift, and all cells of a scene, which are
+// compared.
+bool Experiment::has_run(const WorkShare& share, const Cell& cell, int block) const {
+  return share.has(static_cast<std::size_t>(block / 2) * scenes_.size() + cell.scene);
+}
+
+WorkShare Experiment::rank_share() const {
+  return options_.shard.part(ranks_.rank(), ranks_.count());
+}
+
 void Experiment::run_blocks(RunOutcome& outcome) {
-  RowLog log(options_.out / "measurements.csv", config_.attempts);
+  measure_blocks(outcome);
+  sum_over_ranks(outcome);
+  if (!ranks_.is_root()) return;
+  join_row_parts(options_.out);
+  if (outcome.interrupted) return;
+  const RowLog log(row_file(options_.out), config_.attempts);
+  for (const Cell& cell : cells_) {
+    for (int block = 0; block < config_.blocks; ++block) {
+      if (!has_run(options_.shard, cell, block)) continue;
+      const RunRow& row = log.last_row(cell, block);
+      outcome.rows_failed += row.status == RunStatus::Failed ? 1 : 0;
+      outcome.rows_contaminated += row.contaminated.empty() ? 0 : 1;
+    }
+  }
+}
+
+// What all ranks did, on all of them; those that are through wait here.
+void Experiment::sum_over_ranks(RunOutcome& outcome) const {
+  if (ranks_.count() == 1) return;
+  const std::string own = fmt::format("{} {} {}", outcome.rows_measured, outcome.rows_found,
+                                      outcome.interrupted ? 1 : 0);
+  outcome = {};
+  for (const std::string& text : ranks_.gather(own)) {
+    std::istringstream numbers(text);
+    int measured = 0, found = 0, was_interrupted = 0;
+    numbers >> measured >> found >> was_interrupted;
+    outcome.rows_measured += measured;
+    outcome.rows_found += found;
+    outcome.interrupted = outcome.interrupted || was_interrupted != 0;
+  }
+}
+
+// The blocks of this rank.
+void Experiment::measure_blocks(RunOutcome& outcome) {
+  const WorkShare share = rank_share();
+  RowLog log(row_file(options_.out), config_.attempts,
+             ranks_.count() > 1 ? row_part(options_.out, ranks_.rank()) : std::filesystem::path());
   double work = 0;
   for (const Cell& cell : cells_) {
     for (int block = 0; block < config_.blocks; ++block) {
+      if (!has_run(share, cell, block)) continue;
       const bool done = !log.next_attempt(cell, block);
       outcome.rows_found += done ? 1 : 0;
       work += done ? 0 : work_of(cell);
@@ -52,18 +101,19 @@ void Experiment::run_blocks(RunOutcome& outcome) {
   Progress progress("blocks", work);
   double done = 0;
   for (int block = 0; block < config_.blocks && !outcome.interrupted; ++block) {
-    int order = 0;
     // Those whose time was disturbed are tried again when the block is through.
     for (int attempt = 0; attempt < config_.attempts; ++attempt) {
+      int order = attempt * static_cast<int>(cells_.size()) - 1;
       for (const std::size_t c : block_order(block)) {
         const Cell& cell = cells_[c];
-        if (log.next_attempt(cell, block) != attempt) continue;
+        ++order;
+        if (!has_run(share, cell, block) || log.next_attempt(cell, block) != attempt) continue;
         if (interrupted()) {
           outcome.interrupted = true;
           return;
         }
         warm_up(cell);
-        log.append(measure(cell, block, order++, attempt));
+        log.append(measure(cell, block, order, attempt));
         ++outcome.rows_measured;
         if (attempt == 0) done += work_of(cell);
         progress.update(done, cell.label);
@@ -71,13 +121,6 @@ void Experiment::run_blocks(RunOutcome& outcome) {
     }
   }
   if (outcome.rows_measured > 0) progress.finish();
-  for (const Cell& cell : cells_) {
-    for (int block = 0; block < config_.blocks; ++block) {
-      const RunRow& row = log.last_row(cell, block);
-      outcome.rows_failed += row.status == RunStatus::Failed ? 1 : 0;
-      outcome.rows_contaminated += row.contaminated.empty() ? 0 : 1;
-    }
-  }
 }
 
 // One discarded run: caches, thread pool, clock frequency.
@@ -106,6 +149,8 @@ RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) 
   row.reference_id = reference.id;
   row.reference_spp = reference.spp;
   row.build = build_id();
+  row.machine = machine_text();
+  row.host = host_name();
 
   const ConditionsWatch watch;
   RenderResult result =
@@ -146,16 +191,19 @@ RunRow Experiment::measure(const Cell& cell, int block, int order, int attempt) 
 
 void Experiment::write_events(const RunRow& row, const Cell& cell, const RenderResult& result) {
   const std::filesystem::path file = options_.out / "events.txt";
-  std::ofstream stream(file, std::ios::app);
+  std::string lines;
   for (const BadEstimate& bad : result.bad) {
     const std::string line =
         fmt::format("{} {}/{}: {}; replay: penumbra replay {} --row {} --pixel {},{} --estimate {}",
                     row.run_id, row.scene, cell.label, describe(bad),
                     shell_quoted(std::filesystem::absolute(options_.out).string()), row.run_id,
                     bad.x, bad.y, bad.estimate);
-    stream << line << '\n';
+    lines += line + "\n";
     warn(line);
   }
+  // In one go, so that those of other ranks do not come in between.
+  std::ofstream stream(file, std::ios::app);
+  stream << lines;
   stream.close();
   if (!stream) throw RunError(file.string() + ": cannot be written");
 }

@@ -22,9 +22,11 @@ std::filesystem::path Experiment::image_file(const Cell& cell, const std::string
 }
 
 void Experiment::write_pictures() {
-  for (const Cell& cell : cells_) {
+  const WorkShare share = rank_share();
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    const Cell& cell = cells_[c];
     if (interrupted()) return;
-    if (!has_pictures(config_, cell)) continue;
+    if (!share.has(c) || !has_pictures(config_, cell)) continue;
     if (!std::filesystem::exists(image_file(cell, ".exr"))) write_cell_pictures(cell);
   }
 }

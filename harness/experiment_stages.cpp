@@ -26,8 +26,10 @@ double samples_per_estimate(const Scene& scene, const Cell& cell) {
 
 }  // namespace
 
-// The file is written after every cell, as a whole, so that a run that was stopped goes on.
+// The file is written after every cell, as a whole, so that a run that was stopped goes on. One
+// process measures all cells, because they are compared; of shards it is the first.
 void Experiment::measure_stages() {
+  if (!ranks_.is_root() || options_.shard.index > 0) return;
   std::vector<const Cell*> missing;
   for (const Cell& cell : cells_) {
     const auto same = [&](const StageRow& row) { return is_of(row, cell); };

@@ -6,6 +6,9 @@
 #include "harness/build_info.h"
 #include "harness/clocks.h"
 #include "harness/commands/commands.h"
+#include "harness/mpi_ranks.h"
+#include "harness/progress.h"
+#include "harness/rank_places.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -19,17 +22,24 @@ void add_config(CLI::App& command, ConfigOptions& options) {
       ->allow_extra_args(false);
 }
 
-int fail(const char* what, int code) {
-  std::fprintf(stderr, "penumbra: error: %s\n", what);
+// Ends all ranks, of which none can go on without this one.
+int fail(const Ranks& ranks, const std::string& what, int code) {
+  const std::string who =
+      ranks.count() > 1 ? "rank " + std::to_string(ranks.rank()) + " on host " + host_name() + ": "
+                        : "";
+  std::fprintf(stderr, "penumbra: error: %s%s\n", who.c_str(), what.c_str());
+  if (ranks.count() > 1) ranks.abort(code);
   return code;
 }
 
 // All options of one call; the subcommand that was given decides which are used.
 struct Options {
   ListOptions list;
-  ConfigOptions validate, plan;
+  ConfigOptions validate;
+  PlanOptions plan;
   ReferenceOptions reference;
   RunCommandOptions run;
+  MergeOptions merge;
   RenderOptions render;
   InspectOptions inspect;
   ReplayOptions replay;
@@ -53,8 +63,14 @@ void add_config_commands(CLI::App& app, Options& o) {
   add_config(
       *app.add_subcommand("validate", "Checks a config: all errors at once, with their places"),
       o.validate);
-  add_config(*app.add_subcommand("plan", "Shows the cells of a config and predicts time and disk"),
-             o.plan);
+  CLI::App* plan =
+      app.add_subcommand("plan", "Shows the cells of a config and predicts time and disk");
+  add_config(*plan, o.plan.config);
+  plan->add_option("--lock", o.plan.lock, "File to freeze the plan in, for shards (run --plan)");
+  plan->add_option("--shard", o.plan.shard, "I/N: only every N-th scene, from the I-th on");
+  plan->add_option("--hosts", o.plan.hosts, "Predicts for this many hosts")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
 
   CLI::App* reference =
       app.add_subcommand("reference", "Renders or extends the references of a config");
@@ -63,6 +79,8 @@ void add_config_commands(CLI::App& app, Options& o) {
   reference->add_option("--add-spp", o.reference.add_spp, "Adds this many estimates per pixel");
   reference->add_flag("--small", o.reference.small,
                       "Also puts it into references/small/ and references/manifest.json");
+  reference->add_option("--shard", o.reference.shard,
+                        "I/N: only every N-th scene, from the I-th on");
   reference->add_option("--threads", o.reference.threads, "0: all cores");
 
   CLI::App* run =
@@ -73,6 +91,19 @@ void add_config_commands(CLI::App& app, Options& o) {
   run->add_option("--tag", o.run.tag, "Only methods with this tag");
   run->add_option("--threads", o.run.threads, "0: all cores");
   run->add_flag("--json", o.run.json, "Prints efficiency.json in place of the tables");
+  run->add_option("--shard", o.run.shard,
+                  "I/N: only every N-th pair of blocks of a scene, from the I-th on");
+  run->add_option(
+         "--plan", o.run.plans,
+         "Frozen plan of `penumbra plan --lock`; repeatable, where plans are of some scenes")
+      ->take_all()
+      ->allow_extra_args(false);
+
+  CLI::App* merge = app.add_subcommand("merge", "Puts the folders of `run --shard` together");
+  merge->add_option("DIR", o.merge.folders, "Folders of the shards")->required();
+  merge->add_option("--out", o.merge.out, "Folder of the result; must not exist")->required();
+  merge->add_flag("--partial", o.merge.partial, "Although blocks are missing");
+  merge->add_flag("--json", o.merge.json, "Prints efficiency.json in place of the tables");
 
   CLI::App* report = app.add_subcommand(
       "report", "Makes all tables and the page (report.html) of a result folder again");
@@ -232,6 +263,7 @@ int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("plan")) return plan_command(o.plan);
   if (app.got_subcommand("reference")) return reference_command(o.reference);
   if (app.got_subcommand("run")) return run_command(o.run);
+  if (app.got_subcommand("merge")) return merge_command(o.merge);
   if (app.got_subcommand("report")) return report_command(o.report);
   if (app.got_subcommand("figure")) return figure_command(o.figure);
   if (app.got_subcommand("render")) return render_command(o.render);
@@ -242,6 +274,22 @@ int dispatch(const CLI::App& app, Options& o) {
   if (app.got_subcommand("baseline")) return baseline_update_command(o.baseline);
   if (app.got_subcommand("measure")) return measure_command(o.measure);
   return inspect_command(o.inspect);
+}
+
+int call(const CLI::App& app, Options& options, const Ranks& ranks) {
+  options.run.ranks = options.reference.ranks = &ranks;
+  if (!ranks.is_root()) silence_progress();
+  try {
+    return dispatch(app, options);
+  } catch (const InputError& e) {
+    return fail(ranks, e.what(), kInputFault);
+  } catch (const ReferenceError& e) {
+    return fail(ranks, e.what(), kReferenceFault);
+  } catch (const std::bad_alloc&) {
+    return fail(ranks, "out of memory", kRunFailure);
+  } catch (const std::exception& e) {
+    return fail(ranks, e.what(), kRunFailure);
+  }
 }
 
 int run_main(int argc, char** argv) {
@@ -269,16 +317,14 @@ int run_main(int argc, char** argv) {
   for (int i = 0; i < argc; ++i) {
     options.run.command_line += (i > 0 ? " " : "") + std::string(argv[i]);
   }
+  options.merge.command_line = options.run.command_line;
+  if (!app.got_subcommand("run") && !app.got_subcommand("reference")) {
+    return call(app, options, single_rank());
+  }
   try {
-    return dispatch(app, options);
+    return call(app, options, Ranks::launched());
   } catch (const InputError& e) {
-    return fail(e.what(), kInputFault);
-  } catch (const ReferenceError& e) {
-    return fail(e.what(), kReferenceFault);
-  } catch (const std::bad_alloc&) {
-    return fail("out of memory", kRunFailure);
-  } catch (const std::exception& e) {
-    return fail(e.what(), kRunFailure);
+    return fail(single_rank(), e.what(), kInputFault);
   }
 }
 

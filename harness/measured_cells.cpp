@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -65,6 +66,20 @@ std::vector<MeasuredCell> measured_cells(std::span<const RunRow> rows) {
   std::vector<MeasuredCell> cells;
   for (const auto& [key, blocks] : groups) cells.push_back(cell_of(blocks));
   return cells;
+}
+
+std::string time_fault_of(const MeasuredCell& cell) {
+  const auto differs = [&](const auto& entry) {
+    return !has_comparable_times(*entry.second, cell.first());
+  };
+  const auto other = std::find_if(cell.blocks.begin(), cell.blocks.end(), differs);
+  if (other == cell.blocks.end()) return {};
+  const RunRow &a = cell.first(), &b = *other->second;
+  if (a.machine == b.machine) {
+    return fmt::format("no times: measured on {} and on {} threads", a.threads, b.threads);
+  }
+  return fmt::format("no times: measured on several machines, \"{}\" and \"{}\"", a.machine,
+                     b.machine);
 }
 
 std::string fault_of(const RunRow& run) {

@@ -48,6 +48,14 @@ inline auto cell_key(const RunRow& r) {
 /// @throws ReferenceError when runs of one scene were measured against different references
 std::vector<MeasuredCell> measured_cells(std::span<const RunRow> rows);
 
+/// Whether times of two runs may be put together: same machine, same number of threads.
+inline bool has_comparable_times(const RunRow& a, const RunRow& b) {
+  return a.machine == b.machine && a.threads == b.threads;
+}
+
+/// @return why the times of the cell's runs say nothing together, in words; empty when they do
+std::string time_fault_of(const MeasuredCell& cell);
+
 /// @return why the run cannot be used; empty when it can
 std::string fault_of(const RunRow& run);
 

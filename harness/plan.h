@@ -64,6 +64,8 @@ struct PlannedCell {
   std::optional<double> budget_s;
   std::optional<double> p_eff;  ///< effective pixels of one pilot, from the difference of two; only
                                 ///< in memory
+
+  friend bool operator==(const PlannedCell&, const PlannedCell&) = default;
 };
 
 /// The content of plan.lock.json.
@@ -85,7 +87,8 @@ void write_plan(const std::filesystem::path& file, const std::vector<LoadedScene
 PlanFile read_plan_file(const std::filesystem::path& file);
 
 /// The planned cells of a file, to measure more of them.
-/// @throws ReferenceError when the file was made on another machine: a calibration is not portable
+/// @throws ReferenceError when cells have a time budget and the file was made on another machine: a
+///         calibration is not portable
 /// @throws InputError when it can not be read
 std::vector<PlannedCell> read_plan(const std::filesystem::path& file);
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -96,7 +97,9 @@ PlanFile read_plan_file(const std::filesystem::path& file) {
 
 std::vector<PlannedCell> read_plan(const std::filesystem::path& file) {
   PlanFile plan = read_plan_file(file);
-  if (plan.machine != machine_text()) {
+  const bool has_budget = std::any_of(plan.cells.begin(), plan.cells.end(),
+                                      [](const PlannedCell& cell) { return cell.budget_s; });
+  if (has_budget && plan.machine != machine_text()) {
     throw ReferenceError(file.string() + ": calibrated on \"" + plan.machine + "\", this is \"" +
                          machine_text() + "\"; a time budget is not portable, use another --out");
   }

@@ -12,6 +12,8 @@ namespace {
 constexpr double kTerminalInterval = 0.2;
 constexpr double kPlainInterval = 10.0;
 
+bool is_silent = false;
+
 }  // namespace
 
 std::string duration_text(double seconds) {
@@ -25,7 +27,11 @@ std::string duration_text(double seconds) {
 
 void warn(const std::string& message) { fmt::print(stderr, "penumbra: warning: {}\n", message); }
 
-void note(const std::string& message) { fmt::print(stderr, "penumbra: {}\n", message); }
+void note(const std::string& message) {
+  if (!is_silent) fmt::print(stderr, "penumbra: {}\n", message);
+}
+
+void silence_progress() { is_silent = true; }
 
 Progress::Progress(std::string title, double total_work)
     : title_(std::move(title)), total_(total_work), terminal_(isatty(STDERR_FILENO) == 1) {}
@@ -52,6 +58,7 @@ void Progress::finish() {
 }
 
 void Progress::print(const std::string& line, bool last) {
+  if (is_silent) return;
   if (terminal_) {
     fmt::print(stderr, "\r\033[K{}{}", line, last ? "\n" : "");
   } else {

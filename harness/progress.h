@@ -32,6 +32,10 @@ class Progress {
   bool finished_{false};
 };
 
+/// Notes and progress of this process are not printed any more; warnings are. For ranks other than
+/// the first, which say the same.
+void silence_progress();
+
 /// "42 s", "3 min 20 s", "2 h 5 min".
 std::string duration_text(double seconds);
 

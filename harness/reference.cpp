@@ -122,6 +122,27 @@ std::optional<ExrFile> find_file(const LoadedScene& scene, const std::string& id
   return found;
 }
 
+// What the root finds, or nothing, on all ranks.
+std::optional<ExrFile> find_file(const LoadedScene& scene, const std::string& id,
+                                 const Ranks& ranks) {
+  std::optional<ExrFile> found;
+  if (ranks.is_root()) found = find_file(scene, id);
+  const std::string file = ranks.from_root(found ? found->path.string() : "");
+  if (!found && !file.empty()) found = read_checked(file, id);
+  ranks.barrier();  // nobody writes while others read
+  return found;
+}
+
+// What the root has written.
+Reference read_written(const std::filesystem::path& file, const std::string& id,
+                       const Ranks& ranks) {
+  ranks.barrier();
+  if (!std::filesystem::exists(file)) {
+    throw RunError(file.string() + ": is not seen here; ranks need a file system that they share");
+  }
+  return read_reference(file, id);
+}
+
 }  // namespace
 
 std::string reference_id(const LoadedScene& scene) {
@@ -165,29 +186,31 @@ Reference read_reference(const std::filesystem::path& file, const std::string& i
   return to_reference(read_checked(file, id), id);
 }
 
-Reference provide_reference(const LoadedScene& scene, int threads, int add_spp) {
+Reference provide_reference(const LoadedScene& scene, int threads, int add_spp,
+                            const Ranks& ranks) {
   const ReferenceType type = reference_type(scene);
   const std::string id = reference_id(scene);
   const std::string& name = scene.scene->name();
-  const std::optional<ExrFile> found = find_file(scene, id);
+  const std::optional<ExrFile> found = find_file(scene, id, ranks);
   const bool found_exact = found && type_of(*found) == ReferenceType::ExactSum;
   if (add_spp > 0 && (found_exact || type == ReferenceType::ExactSum)) {
-    note("reference of " + scene.config->name +
-         ": an exact sum has no noise that more samples could lower; none were added");
+    if (ranks.is_root())
+      note("reference of " + scene.config->name +
+           ": an exact sum has no noise that more samples could lower; none were added");
   }
   if (found_exact) return to_reference(*found, id);
 
   const std::filesystem::path file = project_root() / "references" / file_name(name, id);
-  ReferenceJob job(scene, id, file, threads);
+  ReferenceJob job(scene, id, file, threads, ranks);
   if (type == ReferenceType::ExactSum) {
     job.run_exact();
-    return read_reference(file, id);
+    return read_written(file, id, ranks);
   }
   if (found) job.resume(*found);
   const int target = std::max(scene.config->reference.spp, job.spp()) + add_spp;
   if (job.spp() >= target) return to_reference(*found, id);
   job.run(target);
-  return read_reference(file, id);
+  return read_written(file, id, ranks);
 }
 
 std::string describe(const std::string& scene_name, const Reference& reference) {

@@ -8,6 +8,7 @@
 #include "harness/config.h"
 #include "harness/exr.h"
 #include "harness/metrics.h"
+#include "harness/mpi_ranks.h"
 #include "harness/render.h"
 #include "harness/scene_store.h"
 
@@ -60,9 +61,13 @@ Reference read_reference(const std::filesystem::path& file, const std::string& i
 /// least once a minute, so that a killed render goes on from there. An exact sum has nothing to add
 /// to; a sampled reference of a scene that has one gives way to it.
 /// @param add_spp  estimates per pixel to add to what is there, on top of what the config asks for
+/// @param ranks  which call this together and share the tiles of the image; their number shows in
+///               no bit
 /// @throws InputError as reference_type
 /// @throws ReferenceError when an existing file is not usable
-Reference provide_reference(const LoadedScene& scene, int threads, int add_spp = 0);
+/// @throws RunError when this rank does not see the file that the root has written
+Reference provide_reference(const LoadedScene& scene, int threads, int add_spp = 0,
+                            const Ranks& ranks = single_rank());
 
 /// One line for people: file, samples, and noise relative to the mean of the image.
 std::string describe(const std::string& scene_name, const Reference& reference);

@@ -32,17 +32,43 @@ void ReferenceJob::Half::add(const RenderResult& pass, int pass_spp) {
   spp += pass_spp;
 }
 
-Image ReferenceJob::Half::mean(int width, int height) const {
-  Image image = make_image(width, height);
+// Every pixel has one rank with a number and 0 from the others, so the sums are exact.
+std::vector<Vec3d> ReferenceJob::joined(const std::vector<Vec3d>& pixels) const {
+  if (ranks_.count() == 1) return pixels;
+  const std::vector<TileRect>& tiles = scene_.points.tiles;
+  const WorkShare own = settings().tiles;
+  std::vector<double> numbers(3 * pixels.size(), 0.0);
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    if (!own.has(t)) continue;
+    for (int y = tiles[t].y0; y < tiles[t].y0 + tiles[t].height; ++y) {
+      for (int x = tiles[t].x0; x < tiles[t].x0 + tiles[t].width; ++x) {
+        const std::size_t place = pixel_index(scene_.points.width, x, y);
+        for (int c = 0; c < 3; ++c) {
+          numbers[3 * place + static_cast<std::size_t>(c)] = pixels[place][c];
+        }
+      }
+    }
+  }
+  ranks_.sum_to_root(numbers);
+  std::vector<Vec3d> result(pixels.size());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+  }
+  return result;
+}
+
+Image ReferenceJob::mean(const Half& half) const {
+  const std::vector<Vec3d> sum = joined(half.sum);
+  Image image = make_image(scene_.points.width, scene_.points.height);
   for (std::size_t i = 0; i < sum.size(); ++i) {
-    image.pixels[i] = Rgb(Imath::V3f(sum[i] / static_cast<double>(spp)));
+    image.pixels[i] = Rgb(Imath::V3f(sum[i] / static_cast<double>(half.spp)));
   }
   return image;
 }
 
 ReferenceJob::ReferenceJob(const LoadedScene& scene, std::string id, std::filesystem::path file,
-                           int threads)
-    : scene_(scene), id_(std::move(id)), file_(std::move(file)), threads_(threads) {
+                           int threads, const Ranks& ranks)
+    : scene_(scene), id_(std::move(id)), file_(std::move(file)), threads_(threads), ranks_(ranks) {
   const std::size_t pixels =
       static_cast<std::size_t>(scene.points.width) * static_cast<std::size_t>(scene.points.height);
   for (Half& half : halves_) half.sum.assign(pixels, Vec3d(0.0));
@@ -75,6 +101,17 @@ RenderSettings reference_settings(const LoadedScene& scene, int threads) {
   return settings;
 }
 
+RenderSettings ReferenceJob::settings() const {
+  RenderSettings settings = reference_settings(scene_, threads_);
+  settings.tiles = {ranks_.rank(), ranks_.count()};
+  return settings;
+}
+
+// All ranks save together, when the root's clock says so.
+bool ReferenceJob::is_time_to_save(double seconds) const {
+  return ranks_.from_root(seconds > kSaveInterval_s ? "yes" : "") == "yes";
+}
+
 nlohmann::json ReferenceJob::lineage_entry() const {
   const ReferenceConfig& config = scene_.config->reference;
   return {
@@ -101,7 +138,7 @@ RenderResult ReferenceJob::render_pass(RenderSettings& settings, int half) const
 }
 
 void ReferenceJob::run(int target) {
-  RenderSettings pass_settings = reference_settings(scene_, threads_);
+  RenderSettings pass_settings = settings();
   const int begun = spp();
   lineage_.push_back(lineage_entry());
   Progress progress("reference " + scene_.scene->name(), target - begun);
@@ -114,7 +151,7 @@ void ReferenceJob::run(int target) {
     ++next_pass_;
     lineage_.back()["passes"] = lineage_.back()["passes"].get<int>() + 1;
     lineage_.back()["spp"] = spp() - begun;
-    if (since_save.wall_s() > kSaveInterval_s) {
+    if (is_time_to_save(since_save.wall_s())) {
       save();
       since_save = Stopwatch();
     }
@@ -124,8 +161,8 @@ void ReferenceJob::run(int target) {
 }
 
 void ReferenceJob::run_exact() {
-  RenderSettings pass_settings = reference_settings(scene_, threads_);
-  const RenderResult first = render_pass(pass_settings, 0);
+  RenderSettings pass_settings = settings();
+  RenderResult first = render_pass(pass_settings, 0);
   const RenderResult second = render_pass(pass_settings, 1);
   if (first.radiance_hash() != second.radiance_hash()) {
     throw RunError("reference of scene \"" + scene_.scene->name() +
@@ -137,18 +174,19 @@ void ReferenceJob::run_exact() {
   entry["passes"] = 1;
   entry["spp"] = pass_settings.spp;
   lineage_ = nlohmann::json::array({entry});
+  first.radiance = joined(first.radiance);
   const Image image = first.image();
   write(image, image, ReferenceType::ExactSum, pass_settings.spp);
 }
 
 void ReferenceJob::save() const {
-  const int width = scene_.points.width;
-  const int height = scene_.points.height;
-  write(halves_[0].mean(width, height), halves_[1].mean(width, height), ReferenceType::Sampled,
-        spp());
+  const Image a = mean(halves_[0]);
+  const Image b = mean(halves_[1]);
+  write(a, b, ReferenceType::Sampled, spp());
 }
 
 void ReferenceJob::write(const Image& a, const Image& b, ReferenceType type, int spp) const {
+  if (!ranks_.is_root()) return;
   Image mean = make_image(a.width, a.height);
   for (std::size_t i = 0; i < mean.pixels.size(); ++i) {
     mean.pixels[i] = (a.pixels[i] + b.pixels[i]) * 0.5f;

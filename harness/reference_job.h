@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "harness/exr.h"
+#include "harness/mpi_ranks.h"
 #include "harness/reference.h"
 #include "harness/render.h"
 #include "harness/scene_store.h"
@@ -20,7 +21,9 @@ class ReferenceJob {
  public:
   /// @param scene  outlives the job
   /// @param file   written at least once a minute
-  ReferenceJob(const LoadedScene& scene, std::string id, std::filesystem::path file, int threads);
+  /// @param ranks  which share the tiles; all make the same calls, and the root writes the file
+  ReferenceJob(const LoadedScene& scene, std::string id, std::filesystem::path file, int threads,
+               const Ranks& ranks);
 
   /// Estimates per pixel, both halves together.
   int spp() const { return halves_[0].spp + halves_[1].spp; }
@@ -39,15 +42,20 @@ class ReferenceJob {
   void run_exact();
 
  private:
-  /// Running sums of one half, in double; the file keeps their means in float.
+  /// Running sums of one half, in double; the file keeps their means in float. Passes are added in
+  /// their order at every pixel, so that neither threads nor ranks show in a bit.
   struct Half {
-    std::vector<Vec3d> sum;
+    std::vector<Vec3d> sum;  ///< of this rank's tiles; elsewhere without meaning
     int spp{0};
 
     void add(const RenderResult& pass, int pass_spp);
-    Image mean(int width, int height) const;
   };
 
+  RenderSettings settings() const;
+  /// Numbers of all ranks' tiles at the root; without meaning elsewhere.
+  std::vector<Vec3d> joined(const std::vector<Vec3d>& pixels) const;
+  Image mean(const Half& half) const;
+  bool is_time_to_save(double seconds) const;
   nlohmann::json lineage_entry() const;
   RenderResult render_pass(RenderSettings& settings, int half) const;
   void save() const;
@@ -57,6 +65,7 @@ class ReferenceJob {
   std::string id_;
   std::filesystem::path file_;
   int threads_;
+  const Ranks& ranks_;
   Half halves_[2];
   nlohmann::json lineage_ = nlohmann::json::array();
   int next_pass_{0};

@@ -59,6 +59,7 @@ class Job {
             Worker& worker =
                 workers_[static_cast<std::size_t>(tbb::this_task_arena::current_thread_index())];
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
+              if (!settings_.tiles.has(i)) continue;
               one_tile(points_.tiles[i], worker);
             }
           },

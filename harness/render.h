@@ -6,6 +6,7 @@
 
 #include "estimators/estimator.h"
 #include "harness/image.h"
+#include "harness/work_share.h"
 #include "scenes/core/float_mode.h"
 
 /// One run of one estimator over the shading points of an image, and what it cost.
@@ -18,6 +19,7 @@ struct RenderSettings {
   int spp{1};  ///< estimates per pixel, >= camera samples
   std::uint64_t seed{0};
   int threads{1};
+  WorkShare tiles;   ///< those that are estimated; the pixels of others are black
   bool maps{false};  ///< also the estimator's maps, which costs time
   /// In all threads that estimate. The choice shows in no digit of a picture.
   Denormals denormals{Denormals::Flushed};

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 #include <tuple>
 
@@ -88,6 +89,10 @@ std::vector<RunRow> rows_of_cell(std::span<const RunRow> rows, const EfficiencyR
   for (const RunRow& row : rows) {
     if (identity(row) == identity(cell)) result.push_back(row);
   }
+  // The last digits of sums over runs depend on the order, which a run that was stopped changes.
+  std::stable_sort(result.begin(), result.end(), [](const RunRow& a, const RunRow& b) {
+    return std::tie(a.block, a.attempt) < std::tie(b.block, b.attempt);
+  });
   return result;
 }
 

@@ -37,7 +37,7 @@ std::optional<ReplicateSummary> summarise_replicates(const std::filesystem::path
                                                      std::span<const RunRow> rows,
                                                      const Reference& reference);
 
-/// The rows of a table's cell.
+/// The rows of a table's cell, by block and attempt.
 std::vector<RunRow> rows_of_cell(std::span<const RunRow> rows, const EfficiencyRow& cell);
 
 /// Writes what the replicates of a cell look like: layer "" the standard deviation of one run,

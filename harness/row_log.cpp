@@ -24,15 +24,18 @@ std::string run_id(const Cell& cell, int block, int attempt) {
       {"run", cell.id, number, spp, cell.srl.text(), "attempt " + std::to_string(attempt)});
 }
 
-RowLog::RowLog(const std::filesystem::path& file, int attempts) : attempts_(attempts) {
+RowLog::RowLog(const std::filesystem::path& file, int attempts, const std::filesystem::path& part)
+    : attempts_(attempts) {
   if (std::filesystem::exists(file)) {
-    if (truncate_torn_tail(file)) note("a half-written last row was removed; it is measured again");
+    // Other ranks read the same file, which is whole then.
+    if (part.empty() && truncate_torn_tail(file))
+      note("a half-written last row was removed; it is measured again");
     for (RunRow& row : read_run_rows(file).rows) {
       const std::string id = row.run_id;
       rows_.emplace(id, std::move(row));
     }
   }
-  writer_.emplace(file, run_columns());
+  writer_.emplace(part.empty() ? file : part, run_columns());
 }
 
 const RunRow* RowLog::find(const Cell& cell, int block, int attempt) const {

@@ -20,8 +20,9 @@ class RowLog {
  public:
   /// Opens or creates the file; a half-written last line is removed and reported.
   /// @param attempts  at one run, at most
+  /// @param part  what is appended to in place of `file`, which is only read; empty: `file` itself
   /// @throws InputError, RunError as CsvWriter
-  RowLog(const std::filesystem::path& file, int attempts);
+  RowLog(const std::filesystem::path& file, int attempts, const std::filesystem::path& part = {});
 
   /// The attempt to make next.
   /// @return nullopt when the run is done

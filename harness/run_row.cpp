@@ -47,7 +47,9 @@ constexpr std::array kRunColumns{
     later_column<&RunRow::switches_involuntary>("switches_involuntary"),
     later_column<&RunRow::relmse_trim>("relmse_trim"),
     later_column<&RunRow::reference_spp>("reference_spp"),
-    later_column<&RunRow::build>("build")};
+    later_column<&RunRow::build>("build"),
+    later_column<&RunRow::machine>("machine"),
+    later_column<&RunRow::host>("host")};
 
 // Of radiance; of irradiance the square of W/m^2.
 constexpr std::string_view kErrorUnit = "(W/(m^2 sr))^2";

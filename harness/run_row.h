@@ -58,7 +58,7 @@ struct RunRow {
   std::string params;  ///< parameters other than their defaults, "name=value,..."
   int camera_samples{0};
   std::uint64_t samples{0};                 ///< drawn, of which `rays` were traced
-  int order{0};                             ///< position in the block
+  int order{0};                             ///< position in the block, whoever measures it
   std::string failure;                      ///< why the status is failed
   std::optional<double> reference_mean;     ///< in the unit of the quantity
   std::optional<double> reference_mean_se;  ///< its standard error
@@ -74,7 +74,9 @@ struct RunRow {
   std::optional<std::int64_t> switches_involuntary;
   std::optional<double> relmse_trim;
   std::optional<std::int64_t> reference_spp;  ///< estimates per pixel of the reference
-  std::string build;  ///< id of the program's build; environment.json has its switches by it
+  std::string build;    ///< id of the program's build; environment.json has its switches by it
+  std::string machine;  ///< that it was measured on (machine_text); times of others are no measure
+  std::string host;     ///< name of that one
 
   friend bool operator==(const RunRow&, const RunRow&) = default;
 };

@@ -14,6 +14,8 @@
 namespace penumbra {
 
 class Experiment;
+class Ranks;
+struct ExperimentConfig;
 struct EfficiencyRow;
 struct RenderSettings;
 
@@ -21,6 +23,9 @@ struct ConfigOptions {
   std::filesystem::path config;
   std::vector<std::string> overrides;  ///< "key.path=value"
 };
+
+/// As load_config, by the root first: what is wrong with a config is said once.
+ExperimentConfig load_config(const ConfigOptions& options, const Ranks& ranks);
 
 struct ListOptions {
   std::string what{"all"};  ///< estimators, scenes, metrics, stability
@@ -30,7 +35,13 @@ int list_command(const ListOptions& options);
 
 int validate_command(const ConfigOptions& options);
 
-int plan_command(const ConfigOptions& options);
+struct PlanOptions {
+  ConfigOptions config;
+  std::filesystem::path lock;  ///< file that the plan goes into, for `run --plan`; empty: none
+  std::string shard;           ///< "I/N": every N-th scene; empty: all
+  int hosts{1};                ///< that share the work, for the prediction
+};
+int plan_command(const PlanOptions& options);
 
 struct ReferenceOptions {
   ConfigOptions config;
@@ -38,6 +49,8 @@ struct ReferenceOptions {
   int add_spp{0};
   bool small{false};  ///< also into references/small/ and its manifest
   std::optional<int> threads;
+  std::string shard;            ///< "I/N": every N-th scene; empty: all
+  const Ranks* ranks{nullptr};  ///< that share the tiles
 };
 int reference_command(const ReferenceOptions& options);
 
@@ -53,9 +66,23 @@ struct RunCommandOptions {
   std::string tag;
   std::optional<int> threads;
   std::string command_line;
-  bool json{false};  ///< the efficiency table on stdout, nothing else
+  bool json{false};                          ///< the efficiency table on stdout, nothing else
+  std::string shard;                         ///< "I/N"; empty: everything
+  std::vector<std::filesystem::path> plans;  ///< frozen ones, together of all scenes; empty: made
+                                             ///< where there is none
+  const Ranks* ranks{nullptr};               ///< that share the work
 };
 int run_command(const RunCommandOptions& options);
+
+struct MergeOptions {
+  std::vector<std::filesystem::path> folders;  ///< of `run --shard`
+  std::filesystem::path out;                   ///< must not exist
+  bool partial{false};                         ///< although blocks are missing
+  bool json{false};                            ///< the efficiency table on stdout, nothing else
+  std::string command_line;
+};
+/// Puts the folders of shards together and makes the tables.
+int merge_command(const MergeOptions& options);
 
 struct ReportOptions {
   std::filesystem::path folder;  ///< of a run's results

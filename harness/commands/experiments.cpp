@@ -91,7 +91,7 @@ struct SpentTime {
 
 // Of the whole of `penumbra run`, which loads and pilots again.
 void print_prediction(const Experiment& experiment, const std::vector<PlannedCell>& plan,
-                      const SpentTime& spent) {
+                      const SpentTime& spent, int hosts) {
   const ExperimentConfig& config = experiment.config();
   const int threads = resolve_threads(config.threads);
   double references = 0.0;
@@ -121,6 +121,20 @@ void print_prediction(const Experiment& experiment, const std::vector<PlannedCel
   line("blocks", blocks);
   line("pictures", pictures);
   line("together", spent.loading_s + references + spent.pilots_s + blocks + pictures);
+  if (hosts > 1) {
+    // References and plans are given away by scene, then blocks by pairs of a scene; each of the
+    // three calls loads all scenes.
+    const int scenes = static_cast<int>(config.scenes.size());
+    const int pairs = (config.blocks + 1) / 2 * scenes;
+    const auto share = [&](int parts) { return std::ceil(1.0 * parts / hosts) / parts; };
+    line(fmt::format("on {} hosts (--shard)", hosts).c_str(),
+         3 * spent.loading_s + share(scenes) * (references + spent.pilots_s) +
+             share(pairs) * blocks + pictures / hosts);
+    if (hosts > pairs) {
+      note(fmt::format("{} blocks of {} scenes are {} pairs: more hosts than that measure nothing",
+                       config.blocks, config.scenes.size(), pairs));
+    }
+  }
   fmt::print(
       "  {:<26} {:.0f} MB of pictures, at most {:.0f} MB of those of single runs (images.runs)\n",
       "disk", megabytes(bytes), megabytes(run_bytes));
@@ -179,47 +193,12 @@ void show_outcome(const Experiment& experiment, const RunOutcome& outcome,
              (out / "efficiency.md").string(), (out / "images").string());
 }
 
-}  // namespace
-
-int validate_command(const ConfigOptions& options) {
-  const ExperimentConfig config = load_config(options.config, options.overrides);
-  const Experiment experiment(config, {});
-  fmt::print("{}: valid: {} scenes, {} cells, {} blocks\n", options.config.string(),
-             config.scenes.size(), experiment.cells().size(), config.blocks);
-  return kSuccess;
-}
-
-int plan_command(const ConfigOptions& options) {
-  const Stopwatch loading;
-  const Experiment experiment(load_config(options.config, options.overrides), {});
-  const double loading_s = loading.wall_s();
-  const Stopwatch piloting;
-  const std::vector<PlannedCell> plan =
-      run_pilots(experiment.config(), experiment.scenes(), experiment.cells(), {}, true);
-  const double pilots_s = experiment.config().budget ? piloting.wall_s() : 0.0;
-  print_cells(experiment, plan);
-  print_prediction(experiment, plan, {loading_s, pilots_s});
-  std::vector<int> spp;
-  for (const PlannedCell& cell : plan) spp.push_back(cell.spp);
-  warn_of_uneven_samples(experiment, spp);
-  return kSuccess;
-}
-
-int run_command(const RunCommandOptions& options) {
-  handle_interrupts();
-  ExperimentConfig config = load_config(options.config.config, options.config.overrides);
-  if (options.threads) config.threads = *options.threads;
-  RunOptions run_options;
-  run_options.out = options.out.empty() ? project_root() / "results" / config.name : options.out;
-  run_options.only = options.only;
-  run_options.tag = options.tag;
-  run_options.command_line = options.command_line;
-  Experiment experiment(std::move(config), run_options);
-  const RunOutcome outcome = experiment.run();
-
-  const Report report = make_report(run_options.out, ReplicatePictures::Write);
-  write_tables(run_options.out, report.tables);
-  const std::filesystem::path page = write_page(run_options.out, report, {});
+// Tables and page of a run, and what is to be said of it. @return the exit code
+int report_run(const Experiment& experiment, const RunOutcome& outcome,
+               const std::filesystem::path& out, const RunCommandOptions& options) {
+  const Report report = make_report(out, ReplicatePictures::Write);
+  write_tables(out, report.tables);
+  const std::filesystem::path page = write_page(out, report, {});
   show_report(report, options.json);
   warn_of_missed_budgets(experiment.config(), report.tables.efficiency);
   std::vector<int> spp;
@@ -232,12 +211,87 @@ int run_command(const RunCommandOptions& options) {
                     "column \"contaminated\" of measurements.csv says how",
                     outcome.rows_contaminated, experiment.config().attempts));
   }
-  if (!options.json) show_outcome(experiment, outcome, run_options.out, page);
+  if (!options.json) show_outcome(experiment, outcome, out, page);
   if (outcome.interrupted) {
     note("interrupted; what was measured is kept, the same command goes on from here");
     return kInterrupted;
   }
   return outcome.rows_failed > 0 ? kRunFailure : kSuccess;
+}
+
+std::filesystem::path default_folder(const ExperimentConfig& config, const WorkShare& shard) {
+  const std::string part =
+      shard.is_all() ? "" : fmt::format("-shard-{}-of-{}", shard.index + 1, shard.count);
+  return project_root() / "results" / (config.name + part);
+}
+
+// What a run of the config would freeze: numbers that nothing solves for are given, not predicted.
+std::vector<PlannedCell> frozen(const Experiment& experiment, std::vector<PlannedCell> plan) {
+  if (experiment.config().budget) return plan;
+  for (PlannedCell& cell : plan) cell.per_unit_s = cell.predicted_s = 0;
+  return plan;
+}
+
+}  // namespace
+
+ExperimentConfig load_config(const ConfigOptions& options, const Ranks& ranks) {
+  if (!ranks.is_root()) ranks.barrier();
+  ExperimentConfig config = load_config(options.config, options.overrides);
+  if (ranks.is_root()) ranks.barrier();
+  return config;
+}
+
+int validate_command(const ConfigOptions& options) {
+  const ExperimentConfig config = load_config(options.config, options.overrides);
+  const Experiment experiment(config, {});
+  fmt::print("{}: valid: {} scenes, {} cells, {} blocks\n", options.config.string(),
+             config.scenes.size(), experiment.cells().size(), config.blocks);
+  return kSuccess;
+}
+
+int plan_command(const PlanOptions& options) {
+  const Stopwatch loading;
+  RunOptions run_options;
+  if (!options.shard.empty()) run_options.scenes = parse_shard(options.shard);
+  const Experiment experiment(load_config(options.config.config, options.config.overrides),
+                              run_options);
+  const double loading_s = loading.wall_s();
+  const Stopwatch piloting;
+  const std::vector<PlannedCell> plan =
+      run_pilots(experiment.config(), experiment.scenes(), experiment.cells(), {}, true);
+  const double pilots_s = experiment.config().budget ? piloting.wall_s() : 0.0;
+  print_cells(experiment, plan);
+  if (!options.lock.empty()) {
+    write_plan(options.lock, experiment.scenes(), experiment.cells(), frozen(experiment, plan));
+  }
+  print_prediction(experiment, plan, {loading_s, pilots_s}, options.hosts);
+  std::vector<int> spp;
+  for (const PlannedCell& cell : plan) spp.push_back(cell.spp);
+  warn_of_uneven_samples(experiment, spp);
+  return kSuccess;
+}
+
+int run_command(const RunCommandOptions& options) {
+  handle_interrupts();
+  const Ranks& ranks = *options.ranks;
+  const WorkShare shard = options.shard.empty() ? WorkShare{} : parse_shard(options.shard);
+  ExperimentConfig config = load_config(options.config, ranks);
+  if (options.threads) config.threads = *options.threads;
+  RunOptions run_options;
+  run_options.out = options.out.empty() ? default_folder(config, shard) : options.out;
+  run_options.only = options.only;
+  run_options.tag = options.tag;
+  run_options.command_line = options.command_line;
+  run_options.shard = shard;
+  run_options.plans = options.plans;
+  run_options.ranks = &ranks;
+  Experiment experiment(std::move(config), run_options);
+  const RunOutcome outcome = experiment.run();
+  std::string code;
+  if (ranks.is_root()) {
+    code = std::to_string(report_run(experiment, outcome, run_options.out, options));
+  }
+  return std::stoi(ranks.from_root(code));
 }
 
 }  // namespace penumbra

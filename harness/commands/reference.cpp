@@ -7,6 +7,7 @@
 #include "harness/commands/commands.h"
 #include "harness/experiment.h"
 #include "harness/progress.h"
+#include "harness/rank_places.h"
 #include "harness/reference_manifest.h"
 #include "harness/render.h"
 #include "harness/shell_words.h"
@@ -38,17 +39,24 @@ std::string complaint(const EfficiencyRow& row) {
 }  // namespace
 
 int reference_command(const ReferenceOptions& options) {
-  const ExperimentConfig config = load_config(options.config.config, options.config.overrides);
+  const Ranks& ranks = *options.ranks;
+  const ExperimentConfig config = load_config(options.config, ranks);
   if (options.add_spp < 0) {
     throw InputError(fmt::format("--add-spp: at least 0, found {}", options.add_spp));
   }
-  const int threads = resolve_threads(options.threads.value_or(config.threads));
+  const int wanted = options.threads.value_or(config.threads);
+  const int threads = wanted == 0 && ranks.is_launched() ? place_ranks(ranks, true).threads
+                                                         : resolve_threads(wanted);
+  const WorkShare shard = options.shard.empty() ? WorkShare{} : parse_shard(options.shard);
   bool found = options.scene.empty();
-  for (const SceneConfig& scene_config : config.scenes) {
+  for (std::size_t s = 0; s < config.scenes.size(); ++s) {
+    const SceneConfig& scene_config = config.scenes[s];
     if (!options.scene.empty() && scene_config.name != options.scene) continue;
     found = true;
+    if (!shard.has(s)) continue;
     const LoadedScene scene = load_scene(scene_config, config.tile, config.quantity);
-    Reference reference = provide_reference(scene, threads, options.add_spp);
+    Reference reference = provide_reference(scene, threads, options.add_spp, ranks);
+    if (!ranks.is_root()) continue;
     if (options.small) reference.file = publish_small_reference(reference.file);
     fmt::print("{}\n", describe(scene_config.name, reference));
   }

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -10,29 +9,10 @@
 #include "harness/exr.h"
 #include "harness/run_row.h"
 #include "tests/e2e/command_line_fixture.h"
+#include "tests/e2e/timeless_rows.h"
 
 namespace penumbra {
 namespace {
-
-// Rows by run, without what depends on the clock and the order of arrival.
-std::map<std::string, std::string> timeless_rows(const fs::path& file) {
-  std::map<std::string, std::string> result;
-  for (RunRow row : read_run_rows(file).rows) {
-    row.time_wall_s.reset();
-    row.time_cpu_s.reset();
-    row.time_prepare_s.reset();
-    row.instructions.reset();
-    row.load_average.reset();
-    row.steal_share.reset();
-    row.switches_voluntary.reset();
-    row.switches_involuntary.reset();
-    // Other load on the machine flags a run, which is then tried again.
-    if (row.attempt > 0) continue;
-    row.contaminated.clear();
-    result[row.run_id] = csv_line(run_record(row));
-  }
-  return result;
-}
 
 TEST_F(CommandLine, RunWritesTheColumnsOfTheDesign) {
   const Outcome run_outcome = run("run configs/smoke.json --out out");

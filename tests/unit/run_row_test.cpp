@@ -34,7 +34,7 @@ TEST(RunColumns, AreThoseOfTheDesignInItsOrder) {
             "params, camera_samples, samples, order, failure, reference_mean, reference_mean_se, "
             "reference_floor, image_hash, geometry, attempt, contaminated, load_average, "
             "steal_share, switches_voluntary, switches_involuntary, relmse_trim, reference_spp, "
-            "build");
+            "build, machine, host");
 }
 
 TEST(EfficiencyColumns, AreThoseOfTheDesignInItsOrder) {
