@@ -37,14 +37,17 @@ void Mixture::fill_pdfs_of_many() noexcept {
   many.lane_first[drawn_.count] = next;
 }
 
-void Mixture::keep_pdfs_of_many(std::size_t lane, float bsdf, float cone) noexcept {
+void Mixture::keep_pdfs_of_many(std::size_t survivors) noexcept {
   ManyLights& many = *many_;
-  const std::span<const LightDensity> densities = many.lane(lane);
   if (size_ == 0) many.first[0] = 0;
-  std::copy(densities.begin(), densities.end(), &many.densities[many.first[size_]]);
-  many.first[size_ + 1] = many.first[size_] + densities.size();
-  many.bsdf[size_] = bsdf;
-  many.cone[size_] = cone;
+  for (std::size_t i = 0; i < survivors; ++i) {
+    const std::span<const LightDensity> densities = many.lane(drawn_.survivors[i]);
+    const std::size_t sample = size_ + i;
+    std::copy(densities.begin(), densities.end(), &many.densities[many.first[sample]]);
+    many.first[sample + 1] = many.first[sample] + densities.size();
+  }
+  pack(drawn_.bsdf_pdf, survivors, &many.bsdf[size_]);
+  pack(drawn_.cone_pdf, survivors, &many.cone[size_]);
 }
 
 float Mixture::pdf_w_of_many(std::size_t i, int k) const noexcept {

@@ -1,39 +1,11 @@
 #include "estimators/mixture/mixture.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "scenes/core/error.h"
-#include "scenes/core/frame.h"
-#include "scenes/core/warp.h"
 
 namespace penumbra {
 namespace {
-
-constexpr float kOneMinusEpsilon = 1.0f - 0x1p-24f;
-
-// Lanes [at, at + count) of `world` in the frame, and back.
-void to_local(const Frame& frame, const VectorBlock& world, std::size_t at, std::size_t count,
-              VectorBlock& __restrict local) noexcept {
-  const Frame f = frame;
-  for (std::size_t i = at; i < at + whole_groups(count); ++i) {
-    const Vec3 w = f.to_local(world[i]);
-    local.x[i] = w.x;
-    local.y[i] = w.y;
-    local.z[i] = w.z;
-  }
-}
-
-void to_world(const Frame& frame, const VectorBlock& local, std::size_t at, std::size_t count,
-              VectorBlock& __restrict world) noexcept {
-  const Frame f = frame;
-  for (std::size_t i = at; i < at + whole_groups(count); ++i) {
-    const Vec3 w = f.to_world(local[i]);
-    world.x[i] = w.x;
-    world.y[i] = w.y;
-    world.z[i] = w.z;
-  }
-}
 
 // A direction's own density is the one it was drawn with, which need not round like the one
 // evaluated.
@@ -122,113 +94,22 @@ void Mixture::restrict_to_light(int i) noexcept {
   last_light_ = restricted_ ? i + 1 : active_lights();
 }
 
-void Mixture::draw(SamplerKind sampler, StreamKey key, std::span<const int> counts) noexcept {
+void Mixture::draw(SamplerKind sampler, const StreamKey& key,
+                   std::span<const int> counts) noexcept {
   enter(EstimateStage::Sample);
   const std::size_t first = size_;
   rays_.clear();
+  drawn_.independent = sampler == SamplerKind::Independent;
+  drawn_.key = key;
   if (record_ != nullptr) record_draw(counts);
-  for (int k = 0; k < components(); ++k) {
+  for (int k = 0, last = components(); k < last; ++k) {
     const int count = counts[static_cast<std::size_t>(k)];
-    if (count > 0) draw_points(sampler, stream(key, k), k, count);
+    if (count > 0) draw_points(sampler, k, static_cast<std::uint32_t>(count));
   }
   keep_block();
   const bool selects = restricted_ || densities_ == Densities::Own;
   (this->*(selects ? trace_selected_ : trace_all_))(first);
   enter(EstimateStage::Weigh);
-}
-
-// Streams: a light's scene index; then all lights as one or the BSDF for all lights; the cone; the
-// BSDF of each light's pair. Lights that are left out at a point do not shift the numbers of the
-// others.
-StreamKey Mixture::stream(StreamKey key, int component) const noexcept {
-  const auto lights = static_cast<std::uint32_t>(scene_->lights().size());
-  const std::uint32_t* active_id = active_ids_.data() + first_light_;
-  if (component == cone_component()) {
-    key.component = lights + 1;
-  } else if (component == bsdf_component()) {
-    key.component = restricted_ ? lights + 3 + *active_id : lights;
-  } else {
-    key.component = lights_as_one_ ? lights + 2 : active_id[component];
-  }
-  return key;
-}
-
-void Mixture::draw_points(SamplerKind sampler, const StreamKey& key, int component,
-                          int count) noexcept {
-  counters_.samples += static_cast<std::uint64_t>(count);
-  const auto total = static_cast<std::uint32_t>(count);
-  const PointSet points(sampler, key, total);
-  const bool is_light = component < light_components();
-  const bool with_choice =
-      is_light ? lights_as_one_ || proposal(component).uses_choice() : bsdf_.uses_choice();
-  for (std::uint32_t done = 0; done < total;) {
-    if (drawn_.count == kBlock) keep_block();
-    const auto at = static_cast<std::uint32_t>(drawn_.count);
-    const std::uint32_t n = std::min(total - done, static_cast<std::uint32_t>(kBlock) - at);
-    points.fill(done, n, with_choice, drawn_.variates, at);
-    std::fill_n(drawn_.component.begin() + at, n, component);
-    drawn_.lights_only = drawn_.lights_only && is_light;
-    drawn_.run[drawn_.runs++] = {component, at, n};
-    drawn_.count += n;
-    done += n;
-  }
-}
-
-// Turns the points at hand into directions in world and local coordinates, and their own densities
-// except the BSDF's. Run by run, in ascending order: loops over whole groups leave what has no
-// meaning in the lanes of the next.
-void Mixture::draw_directions() noexcept {
-  std::size_t lights = 0;  // lanes of lights, which are the first
-  std::size_t r = 0;
-  for (; r < drawn_.runs && drawn_.run[r].component < light_components(); ++r) {
-    const Run& run = drawn_.run[r];
-    if (lights_as_one_) {
-      draw_any_light(run);
-    } else {
-      proposal(run.component)
-          .sample(drawn_.variates, run.count, run.first, drawn_.wi, drawn_.own_pdf);
-    }
-    lights += run.count;
-  }
-  to_local(frame_, drawn_.wi, 0, lights, drawn_.wi_local);
-  for (; r < drawn_.runs; ++r) {
-    const Run& run = drawn_.run[r];
-    if (run.component == cone_component()) {
-      draw_cone(run);
-    } else {
-      bsdf_.sample(drawn_.variates, run.count, run.first, drawn_.wi_local);
-      to_world(frame_, drawn_.wi_local, run.first, run.count, drawn_.wi);
-    }
-  }
-}
-
-void Mixture::draw_any_light(const Run& run) noexcept {
-  const auto n = static_cast<double>(active_.size());
-  for (std::size_t i = run.first; i < run.first + run.count; ++i) {
-    Variates v = drawn_.variates[i];
-    const float scaled = v.choice * static_cast<float>(n);
-    const auto light = std::min(static_cast<std::size_t>(scaled), active_.size() - 1);
-    v.choice = std::min(scaled - static_cast<float>(light), kOneMinusEpsilon);
-    const LightSample s = active_[light].sample(v).value_or(LightSample{});
-    auto pdf = static_cast<double>(s.pdf_w);
-    for_each_met(s.wi, [&](std::size_t other) {
-      if (other != light) pdf += static_cast<double>(active_[other].pdf_w(s.wi));
-    });
-    drawn_.wi.set(i, s.wi);
-    drawn_.own_pdf[i] = static_cast<float>(pdf / n);
-    drawn_.light[i] = static_cast<int>(light);
-  }
-}
-
-void Mixture::draw_cone(const Run& run) noexcept {
-  const Frame about_axis(cone_.axis);
-  const float pdf = uniform_cone_pdf_w(cone_.one_minus_cos);
-  for (std::size_t i = run.first; i < run.first + run.count; ++i) {
-    const Vec3 local = sample_uniform_cone(drawn_.variates[i].u, cone_.one_minus_cos);
-    drawn_.wi.set(i, about_axis.to_world(local).normalized());
-    drawn_.own_pdf[i] = pdf;
-  }
-  to_local(frame_, drawn_.wi, run.first, run.count, drawn_.wi_local);
 }
 
 // Densities of the light components as far as they are wanted, and in any_light_pdf a number that
@@ -266,15 +147,35 @@ void Mixture::fill_pdf_of_all_as_one() noexcept {
   drawn_.any_light_pdf = pdf;
 }
 
-// Lanes above the horizon that meet a light's surface: no other direction brings light, whatever
-// else is in the scene.
-std::size_t Mixture::list_survivors() noexcept {
+// Densities of the BSDF and the cone and f of all lanes, and in `survivors` the lanes of
+// directions that can bring light: above the horizon, towards a light's surface, f not black. No
+// other does, whatever else is in the scene.
+// @return the number of survivors
+std::size_t Mixture::evaluate_lanes() noexcept {
   const Vec3 normal = point_.geometric_normal;
+  const std::size_t lanes = whole_groups(drawn_.count);
+  const int bsdf = bsdf_component();
+  const int cone = cone_component();
+  const Cone at_hand = cone_;
+  VectorBlock above;  // the rest stands upright, where every BSDF has a value
   Block<std::uint32_t> alive;
-  for (std::size_t i = 0; i < whole_groups(drawn_.count); ++i) {
-    alive[i] = static_cast<std::uint32_t>((drawn_.wi_local.z[i] > 0.0f) &
-                                          (dot(drawn_.wi[i], normal) > 0.0f) &
-                                          (drawn_.any_light_pdf[i] > 0.0f));
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const Vec3 local = drawn_.wi_local[i];
+    const bool lives =
+        (local.z > 0.0f) & (dot(drawn_.wi[i], normal) > 0.0f) & (drawn_.any_light_pdf[i] > 0.0f);
+    alive[i] = lives ? 1u : 0u;
+    above.x[i] = lives ? local.x : 0.0f;
+    above.y[i] = lives ? local.y : 0.0f;
+    above.z[i] = lives ? local.z : 1.0f;
+  }
+  bsdf_.evaluate(above, drawn_.count, drawn_.f_cos, drawn_.bsdf_pdf);
+  for (std::size_t i = 0; i < lanes; ++i) {
+    alive[i] &= static_cast<std::uint32_t>(
+        (drawn_.f_cos.x[i] != 0.0f) | (drawn_.f_cos.y[i] != 0.0f) | (drawn_.f_cos.z[i] != 0.0f));
+    const float own = drawn_.component[i] == bsdf ? drawn_.bsdf_pdf[i] : drawn_.own_pdf[i];
+    const float of_cone = at_hand.pdf_w(drawn_.wi[i]);
+    drawn_.cone_pdf[i] = drawn_.component[i] == cone ? own : of_cone;
+    drawn_.own_pdf[i] = own;
   }
   std::size_t survivors = 0;
   for (std::size_t i = 0; i < drawn_.count; ++i) {
@@ -286,43 +187,44 @@ std::size_t Mixture::list_survivors() noexcept {
 
 // Turns the directions at hand into samples and rays.
 void Mixture::keep_block() noexcept {
+  if (drawn_.independent) {
+    fill_independent(drawn_.key, drawn_.points, drawn_.count, drawn_.variates);
+  }
   draw_directions();
   fill_light_pdfs();
-  const std::size_t survivors = list_survivors();
   if (record_ != nullptr) record_block();
+  const std::size_t survivors = evaluate_lanes();
+  const std::uint32_t* lanes = drawn_.survivors.data();
   for (std::size_t i = 0; i < survivors; ++i) {
-    drawn_.survivor_local.set(i, drawn_.wi_local[drawn_.survivors[i]]);
-  }
-  bsdf_.evaluate(drawn_.survivor_local, survivors, drawn_.f_cos, drawn_.bsdf_pdf);
-  const auto lights = static_cast<std::size_t>(light_components());
-  for (std::size_t i = 0; i < survivors; ++i) {
-    const Rgb f_cos(drawn_.f_cos[i]);
-    if (is_black(f_cos)) continue;
-    const std::size_t lane = drawn_.survivors[i];
+    const std::size_t lane = lanes[i];
+    own_pdf_[size_ + i] = drawn_.own_pdf[lane];
+    component_[size_ + i] = drawn_.component[lane];
     const Vec3 wi = drawn_.wi[lane];
-    const int component = drawn_.component[lane];
-    const float own = component == bsdf_component() ? drawn_.bsdf_pdf[i] : drawn_.own_pdf[lane];
-    if (densities_ == Densities::All && many_ != nullptr) {
-      keep_pdfs_of_many(lane, drawn_.bsdf_pdf[i],
-                        component == cone_component() ? own : cone_.pdf_w(wi));
-    } else if (densities_ == Densities::All) {
-      float* pdf = &pdfs_[size_];
-      for (std::size_t k = 0; k < lights; ++k) pdf[k * stride_] = light_pdfs_[k][lane];
-      pdf[lights * stride_] = drawn_.bsdf_pdf[i];
-      pdf[(lights + 1) * stride_] = component == cone_component() ? own : cone_.pdf_w(wi);
-    }
-    own_pdf_[size_] = own;
-    component_[size_] = component;
-    light_[size_] = lights_as_one_ ? drawn_.light[lane] : first_light_ + component;
-    wi_.set(size_, wi);
-    f_[size_] = f_cos;
-    if (record_ != nullptr) record_index_[size_] = record_lane_[lane];
+    wi_.set(size_ + i, wi);
     rays_.add(point_.position, wi);
-    ++size_;
+    f_[size_ + i] = Rgb(drawn_.f_cos[lane]);
   }
+  if (lights_as_one_) pack(drawn_.light, survivors, &light_[size_]);
+  if (record_ != nullptr) pack(record_lane_, survivors, &record_index_[size_]);
+  if (densities_ == Densities::All) keep_pdfs(survivors);
+  size_ += survivors;
   drawn_.count = 0;
   drawn_.runs = 0;
   drawn_.lights_only = true;
+}
+
+// The densities of all components at the first `survivors` lanes of the list.
+void Mixture::keep_pdfs(std::size_t survivors) noexcept {
+  if (many_ != nullptr) return keep_pdfs_of_many(survivors);
+  const auto lights = static_cast<std::size_t>(light_components());
+  const Block<float>* of_light = light_pdfs_.data();
+  for (std::size_t i = 0; i < survivors; ++i) {
+    const std::size_t lane = drawn_.survivors[i];
+    float* pdf = &pdfs_[size_ + i];
+    for (std::size_t k = 0; k < lights; ++k, pdf += stride_) *pdf = of_light[k][lane];
+    *pdf = drawn_.bsdf_pdf[lane];
+    pdf[stride_] = drawn_.cone_pdf[lane];
+  }
 }
 
 // Whether light counts for the sample that found it: with pairs and with own densities, light from
@@ -334,15 +236,10 @@ bool Mixture::from_wanted_light(std::size_t sample, std::int32_t light) const no
   return static_cast<std::uint32_t>(light) == active_ids_[static_cast<std::size_t>(wanted)];
 }
 
-// The light that a sample's ray brings: the one that the ray meets, `seen`, or the one that the
-// sample was drawn for, which rounding can make the ray miss.
-std::int32_t Mixture::light_met(std::size_t sample, const RayHit& hit,
-                                std::int32_t seen) const noexcept {
-  if (component_[sample] >= light_components()) return seen;
-  const auto drawn = static_cast<std::size_t>(light_[sample]);
-  const auto id = static_cast<std::int32_t>(active_ids_[drawn]);
-  if (seen == id || !active_[drawn].grazes(wi_[sample], hit.distance)) return seen;
-  return id;
+// The active light that a light's sample was drawn for.
+std::size_t Mixture::drawn_light(std::size_t sample) const noexcept {
+  return static_cast<std::size_t>(lights_as_one_ ? light_[sample]
+                                                 : first_light_ + component_[sample]);
 }
 
 // Traces the samples from `first` on and turns f into the integrand.
@@ -356,7 +253,10 @@ void Mixture::trace(std::size_t first) noexcept {
   counters_.rays += rays_.size();
   counters_.untraced += rays_.untraced();
   const std::span<const Light> lights = scene_->lights();
-  for (std::size_t i = 0; i < rays_.size(); ++i) {
+  const int light_end = light_components();
+  const std::size_t count = rays_.size();
+  std::uint64_t lit = 0;
+  for (std::size_t i = 0; i < count; ++i) {
     const std::size_t sample = first + i;
     const RayHit& hit = rays_.hits[i];
     std::int32_t light = kNoLight;
@@ -365,18 +265,24 @@ void Mixture::trace(std::size_t first) noexcept {
     } else if constexpr (kEnvironment) {
       light = scene_->environment_light();
     }
-    light = light_met(sample, hit, light);
+    if (component_[sample] < light_end) {
+      // Rounding can make a ray miss the light that it was drawn for.
+      const std::size_t drawn = drawn_light(sample);
+      const auto id = static_cast<std::int32_t>(active_ids_[drawn]);
+      if (light != id && active_[drawn].grazes(wi_[sample], hit.distance)) light = id;
+    }
     bool counts = light != kNoLight;
     if constexpr (kSelects) counts = counts && from_wanted_light(sample, light);
     if (counts) {
       const Light& source = lights[static_cast<std::size_t>(light)];
       f_[sample] *= kEnvironment ? source.radiance_along(wi_[sample]) : source.radiance;
-      counters_.lit += is_black(f_[sample]) ? 0u : 1u;
+      lit += is_black(f_[sample]) ? 0u : 1u;
     } else {
       f_[sample] = Rgb(0.0f);
     }
     if (record_ != nullptr) record_traced(sample, counts);
   }
+  counters_.lit += lit;
 }
 
 void Mixture::mixture_pdfs_w(std::size_t first, std::span<const double> coefficients,

@@ -12,6 +12,7 @@
 #include "estimators/mixture/exact_light.h"
 #include "estimators/mixture/many_lights.h"
 #include "scenes/core/block.h"
+#include "scenes/core/independent_points.h"
 #include "scenes/core/warp.h"
 
 /// The multi-sample mixture that the estimators share: one component per light (or one for all
@@ -95,7 +96,7 @@ class Mixture {
   /// f has value 0 and is not kept.
   /// @param key     seed, pixel, estimate and iteration; the component is filled in
   /// @param counts  [component]
-  void draw(SamplerKind sampler, StreamKey key, std::span<const int> counts) noexcept;
+  void draw(SamplerKind sampler, const StreamKey& key, std::span<const int> counts) noexcept;
 
   void clear_samples() noexcept { size_ = 0; }
   std::size_t size() const noexcept { return size_; }
@@ -150,8 +151,10 @@ class Mixture {
 
  private:
   void list_active_lights(const ShadingPoint& point) noexcept;
-  StreamKey stream(StreamKey key, int component) const noexcept;
-  void draw_points(SamplerKind sampler, const StreamKey& key, int component, int count) noexcept;
+  std::uint32_t stream(int component) const noexcept;
+  void draw_points(SamplerKind sampler, int component, std::uint32_t count) noexcept;
+  template <typename Fill>
+  void add_runs(int component, std::uint32_t count, Fill fill) noexcept;
   void draw_directions() noexcept;
   struct Run;
   void draw_any_light(const Run& run) noexcept;
@@ -159,18 +162,21 @@ class Mixture {
   void fill_light_pdfs() noexcept;
   void fill_pdf_of_all_as_one() noexcept;
   void fill_pdfs_of_many() noexcept;
-  void keep_pdfs_of_many(std::size_t lane, float bsdf, float cone) noexcept;
+  void keep_pdfs_of_many(std::size_t survivors) noexcept;
   float pdf_w_of_many(std::size_t i, int k) const noexcept;
   void mixture_pdfs_of_many(std::size_t first, std::span<const double> coefficients,
                             std::span<double> density) const noexcept;
   template <typename Visit>
   void for_each_met(const Vec3& wi, Visit visit) noexcept;
-  std::size_t list_survivors() noexcept;
+  std::size_t evaluate_lanes() noexcept;
+  template <class T>
+  void pack(const Block<T>& of_lanes, std::size_t survivors, T* of_samples) const noexcept;
   void keep_block() noexcept;
+  void keep_pdfs(std::size_t survivors) noexcept;
   template <bool kEnvironment, bool kSelects>
   void trace(std::size_t first) noexcept;
   bool from_wanted_light(std::size_t sample, std::int32_t light) const noexcept;
-  std::int32_t light_met(std::size_t sample, const RayHit& hit, std::int32_t seen) const noexcept;
+  std::size_t drawn_light(std::size_t sample) const noexcept;
   void begin_record(EstimateRecord* record) noexcept;
   void record_draw(std::span<const int> counts) noexcept;
   void record_block() noexcept;
@@ -208,14 +214,17 @@ class Mixture {
     std::size_t runs{0};
     std::array<Run, kBlock> run;  // by component
     bool lights_only{true};       // no direction of another component
+    StreamKey key;                // of the iteration
+    bool independent{false};      // points are made for all lanes at once, by key and `points`
+    PointLanes points;
     VariateBlock variates;
     VectorBlock wi, wi_local;
     Block<float> own_pdf{}, any_light_pdf{};
     Block<int> component{};
     Block<int> light{};  // active light that was drawn, where all lights are one component
-    Block<std::uint32_t> survivors{};
-    VectorBlock survivor_local, f_cos;
-    Block<float> bsdf_pdf{};
+    VectorBlock f_cos;
+    Block<float> bsdf_pdf{}, cone_pdf{};
+    Block<std::uint32_t> survivors{};  // lanes
   };
   Drawn drawn_;
   std::vector<Block<float>> light_pdfs_;  // [light component][lane]
@@ -244,6 +253,12 @@ class Mixture {
   std::vector<std::size_t> record_index_;                       // [sample]
   std::array<std::size_t, kBlock + kLaneGroup> record_lane_{};  // [lane of the block at hand]
 };
+
+// A value of each lane on the list of survivors.
+template <class T>
+void Mixture::pack(const Block<T>& of_lanes, std::size_t survivors, T* of_samples) const noexcept {
+  for (std::size_t i = 0; i < survivors; ++i) of_samples[i] = of_lanes[drawn_.survivors[i]];
+}
 
 // Lights that can be met along wi, in ascending order, and perhaps others.
 template <typename Visit>

@@ -270,12 +270,10 @@ void round_counts(Rounding rounding, std::span<const double> alpha, int total, S
 }
 
 void raise_to_minimum(std::span<int> counts, int minimum) noexcept {
-  const std::size_t cone = counts.size() - 1;
-  std::int64_t wanted = 0;
-  for (std::size_t k = 0; k < cone; ++k) wanted += std::max(0, minimum - counts[k]);
-  if (wanted == 0) return;
   if (counts.size() <= kFewComponents) return take_from_largest(counts, minimum);
-  lower_to_level(counts, minimum, wanted);
+  std::int64_t wanted = 0;
+  for (const int count : counts.first(counts.size() - 1)) wanted += std::max(0, minimum - count);
+  if (wanted > 0) lower_to_level(counts, minimum, wanted);
 }
 
 Cone fit_cone(const Mixture& mixture, std::size_t first, std::span<const double> weights,
