@@ -83,6 +83,7 @@ Json cell_json(const GateCell& cell) {
   put_efficiency(json, cell);
   if (!cell.no_efficiency.empty()) json["no_efficiency"] = readable(cell.no_efficiency);
   put(json, "efficiency_cpu_time", cell.efficiency_cpu);
+  if (cell.lost_time_only) json["lost_time_only"] = true;
   put(json, "error_ratio", cell.error_ratio);
   put(json, "instructions_ratio", cell.instructions_ratio);
   put(json, "rays_ratio", cell.rays_ratio);
@@ -100,6 +101,8 @@ Json suite_json(const GateSuite& suite) {
   json["cells"] = suite.cells;
   json["blocks"] = suite.blocks;
   put_efficiency(json, suite);
+  put(json, "efficiency_cpu_time", suite.efficiency_cpu);
+  if (suite.lost_time_only) json["lost_time_only"] = true;
   put(json, "instructions_ratio", suite.instructions_ratio);
   return json;
 }

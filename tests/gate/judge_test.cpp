@@ -178,6 +178,55 @@ TEST(Judge, AnAcceptedLossPassesAndALargerOneFails) {
   EXPECT_EQ(only_cell(larger).verdict, GateVerdict::Fail);
 }
 
+TEST(Judge, WhereAllLossesAreAcceptedTheSuitePasses) {
+  CellModel base, head;
+  head.error *= 1.3;
+  GateCellRuns runs = Simulation(12).cell(base, head, 16);
+  runs.accepted = "a known trade";
+  runs.thresholds = {0.5, 0.5, 0.6, 0.5, 0.5};
+  const GateCellRuns cells[] = {runs};
+  EXPECT_EQ(judge(cells, at_a_third()).suite.verdict, GateVerdict::Pass);
+}
+
+TEST(Judge, AFivePercentSlowerSuiteIsFoundByItsTimesAlone) {
+  int failures = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Simulation simulation(100 + seed);
+    CellModel base, head;
+    base.same_images = head.same_images = true;
+    base.time_spread = head.time_spread = 0.02;
+    head.time_s /= 0.95;
+    std::vector<GateCellRuns> cells;
+    for (int c = 0; c < 10; ++c) {
+      cells.push_back(simulation.cell(base, head, 16, std::to_string(c)));
+    }
+    const GateSuite suite = judge(cells, at_a_third()).suite;
+    failures += suite.verdict == GateVerdict::Fail && suite.reason == GateReason::Slower &&
+                        suite.lost_time_only
+                    ? 1
+                    : 0;
+  }
+  EXPECT_GE(failures, 18);
+}
+
+TEST(Judge, WhichSideComesFirstCancelsOverPairsOfBlocks) {
+  CellModel model;
+  model.same_images = true;
+  model.time_spread = 0.01;
+  Simulation simulation(13);
+  std::vector<GateCellRuns> cells;
+  for (int c = 0; c < 5; ++c) {
+    cells.push_back(simulation.cell(model, model, 16, std::to_string(c)));
+    for (std::size_t b = 0; b < 16; ++b) {
+      // Base comes first in even blocks.
+      (b % 2 == 0 ? cells.back().base : cells.back().head)[b].time_cpu_s.value() *= 1.3;
+    }
+  }
+  const Judgement judgement = judge(cells, at_a_third());
+  EXPECT_EQ(judgement.suite.verdict, GateVerdict::Pass);
+  EXPECT_LT(std::abs(judgement.suite.efficiency_cpu->log_ratio), 0.02);
+}
+
 TEST(Judge, ALossOfTimeAloneIsSetAsideWhereTheBaseDiffersFromItself) {
   CellModel base, head;
   base.same_images = head.same_images = true;
