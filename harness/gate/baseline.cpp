@@ -94,6 +94,24 @@ std::vector<GateRun> runs_of(const std::string& name, const json& cell) {
   return runs;
 }
 
+// A column on one line, so that a diff shows which one changed.
+std::string with_columns_on_a_line(const std::string& text) {
+  std::string result;
+  bool in_column = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '[') in_column = text.find_first_of("[]{", i + 1) == text.find(']', i + 1);
+    if (c == ']') in_column = false;
+    if (c != '\n' || !in_column) {
+      result += c;
+      continue;
+    }
+    i = text.find_first_not_of(' ', i + 1) - 1;
+    if (result.back() == ',') result += ' ';
+  }
+  return result;
+}
+
 json read_document(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   json document = json::parse(stream, nullptr, false);
@@ -197,7 +215,7 @@ void write_baseline(const fs::path& folder, const GateSubject& subject,
       }
       document["cells"][subject.names[c]] = cell_json(experiment.cells()[c].id, of_cell);
     }
-    write_file_atomically(file, document.dump(1) + "\n");
+    write_file_atomically(file, with_columns_on_a_line(document.dump(1)) + "\n");
   }
 }
 

@@ -162,10 +162,9 @@ constexpr double kSameWork = 1e-4;
 GateReason reason_of_loss(const GateCell& cell) {
   const double error = std::log(cell.error_ratio.value_or(1.0));
   const double rays = std::log(cell.rays_ratio.value_or(1.0));
-  const double cost =
-      cell.instructions_ratio ? *cell.instructions_ratio : cell.cpu_ratio.value_or(std::exp(rays));
+  const double cost = cell.instructions_ratio.value_or(std::exp(rays));
   const double per_ray = std::log(cost) - rays;
-  if (per_ray >= error && per_ray >= rays) return GateReason::Slower;
+  if (per_ray > error && per_ray > rays) return GateReason::Slower;
   return error >= rays ? GateReason::Noisier : GateReason::MoreRays;
 }
 
@@ -311,7 +310,7 @@ GateSuite judge_suite(const std::vector<Case>& cases, const JudgeOptions& option
       if (!c.cell.efficiency || !c.runs->accepted.empty()) continue;
       error.add(std::log(c.cell.error_ratio.value_or(1.0)));
       rays.add(std::log(c.cell.rays_ratio.value_or(1.0)));
-      cost.add(std::log(c.cell.instructions_ratio.value_or(c.cell.cpu_ratio.value_or(1.0))));
+      cost.add(std::log(c.cell.instructions_ratio.value_or(c.cell.rays_ratio.value_or(1.0))));
     }
     together.error_ratio = std::exp(error.mean());
     together.rays_ratio = std::exp(rays.mean());
