@@ -238,7 +238,8 @@ void add_gate(CLI::App& app, Options& o) {
       ->check(CLI::IsMember({"regression", "inconclusive", "correctness", "failure"}))
       ->delimiter(',');
   gate->add_flag("--exit-zero", g.exit_zero, "Exit code 0 whatever was found");
-  gate->add_flag("--no-null", g.no_null, "Without the base against itself");
+  gate->add_flag("--no-times", g.no_times,
+                 "CPU time decides nothing: for machines too noisy for it");
   gate->add_flag("--json", g.json, "Prints gate.json");
 
   CLI::App* baseline = app.add_subcommand("baseline", "Stored baselines of the gate");

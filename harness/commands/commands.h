@@ -165,7 +165,7 @@ struct GateCommandOptions {
   std::vector<std::string> acknowledged;  ///< "CELLS -4% reason"
   std::vector<std::string> fail_on;  ///< regression, inconclusive, correctness, failure; empty: all
   bool exit_zero{false};
-  bool no_null{false};  ///< without the null control
+  bool no_times{false};  ///< CPU time decides nothing
   bool json{false};
 };
 /// Compares head with base. @return the exit code of the verdict

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <csignal>
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -154,7 +154,7 @@ int gate_command(const GateCommandOptions& options) {
   GateOptions gate;
   gate.overrides = options.config.overrides;
   gate.rows = files.rows();
-  gate.null_control = !options.no_null;
+  gate.times = !options.no_times;
   const GateConfig thresholds = experiment.config().gate.value_or(GateConfig{});
   for (const std::string& text : options.acknowledged) {
     gate.accepted.push_back(parse_acknowledgement(text, thresholds.thresholds));

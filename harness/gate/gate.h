@@ -34,7 +34,7 @@ struct GateOptions {
   std::vector<std::string> overrides;  ///< "key.path=value" of the config, for the programs
   std::vector<GateOverride> accepted;  ///< losses that somebody acknowledged
   std::filesystem::path rows;          ///< gate.rows.csv
-  bool null_control{true};
+  bool times{true};                    ///< of CPU, decide too, if the base against itself allows it
 };
 
 /// Measures base_exe and head_exe interleaved and judges.

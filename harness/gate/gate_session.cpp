@@ -73,7 +73,7 @@ std::vector<GateWork> GateSession::head_of(std::span<const std::size_t> cells) c
 
 // The base again on the first scene.
 std::vector<GateWork> GateSession::with_null_control(std::vector<GateWork> work) const {
-  if (stored() || !options_.null_control) return work;
+  if (stored() || !options_.times) return work;
   const auto& cells = subject_.experiment->cells();
   for (GateWork& item : work) {
     if (cells[item.cell].scene == cells[cells_.front()].scene) {
@@ -112,7 +112,7 @@ Judgement GateSession::judge_cells(std::span<const std::size_t> cells, GatePhase
   for (const std::size_t c : cells) runs.push_back(cell_runs(c, phase));
   JudgeOptions options;
   options.level = phase == GatePhase::Confirm ? 1.0 - subject_.gate.confidence : level();
-  options.interleaved = !stored();
+  options.interleaved = !stored() && options_.times;
   options.suite = subject_.gate.thresholds;
   options.suite_instructions = subject_.gate.suite_instructions;
   return judge(runs, options);

@@ -153,6 +153,9 @@ void adjust(std::vector<Case>& cases) {
   }
 }
 
+// p of a loss of time that is looked at again.
+constexpr double kSuspicious = 0.05;
+
 constexpr const char* kTimesDiffer = "; the base differs from itself in time as well here";
 
 // Counts of instructions repeat to about a millionth.
@@ -299,8 +302,9 @@ GateSuite judge_suite(const std::vector<Case>& cases, const JudgeOptions& option
   const double least = std::log1p(-limits.fail);
   const bool loses = certain(work) && work.log_ratio < least;
   const bool slower = instructions && certain(*instructions);
-  // A loss of time in all cells that more blocks can make certain.
-  const bool seems_slow = suite.efficiency_cpu && suite.efficiency_cpu->log_ratio < least;
+  // A loss of time in all cells that more blocks can make certain; noise alone is no sign of one.
+  const bool seems_slow = suite.efficiency_cpu && suite.efficiency_cpu->log_ratio < least &&
+                          suite.efficiency_cpu->p_loss < kSuspicious;
   const bool takes_longer = seems_slow && certain(*suite.efficiency_cpu);
   if (loses || slower || takes_longer) {
     suite.verdict = GateVerdict::Fail;

@@ -209,6 +209,19 @@ TEST(Judge, AFivePercentSlowerSuiteIsFoundByItsTimesAlone) {
   EXPECT_GE(failures, 18);
 }
 
+TEST(Judge, TimesThatOnlyVaryAreNoSignOfALoss) {
+  int inconclusive = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    CellModel model;
+    model.same_images = true;
+    model.time_spread = 0.3;
+    const GateCellRuns cells[] = {Simulation(300 + seed).cell(model, model, 8)};
+    inconclusive += judge(cells, at_a_third()).suite.verdict != GateVerdict::Pass ? 1 : 0;
+  }
+  // 5 % each; more than 13 of 100 have a chance of 0.05 %.
+  EXPECT_LE(inconclusive, 13);
+}
+
 TEST(Judge, WhichSideComesFirstCancelsOverPairsOfBlocks) {
   CellModel model;
   model.same_images = true;
