@@ -265,10 +265,21 @@ void GateSession::confirm_losses() {
     return verdict == GateVerdict::Fail && reason != GateReason::Biased &&
            reason != GateReason::Failed && reason != GateReason::NonDeterministic;
   };
-  const bool suite_lost = lost(result_.suite.verdict, result_.suite.reason);
+  // Other work for the same images is exact; fresh seeds have no stored images to compare with.
+  const auto is_exact = [&](std::size_t c) { return stored() && cell(c).same_images; };
+  bool suite_lost = lost(result_.suite.verdict, result_.suite.reason);
+  if (suite_lost && std::all_of(cells_.begin(), cells_.end(), is_exact)) {
+    result_.suite.confirmed = true;
+    suite_lost = false;
+  }
   std::vector<std::size_t> again;
   for (const std::size_t c : cells_) {
-    if (suite_lost || lost(cell(c).verdict, cell(c).reason)) again.push_back(c);
+    const bool cell_lost = lost(cell(c).verdict, cell(c).reason);
+    if (cell_lost && is_exact(c)) {
+      cell(c).confirmed = true;
+    } else if (suite_lost || cell_lost) {
+      again.push_back(c);
+    }
   }
   if (again.empty()) return;
   int blocks = 2;

@@ -38,7 +38,7 @@ class Gate : public CommandLine {
     return run_shell("PENUMBRA_PLANT=" + plant +
                      " '" PENUMBRA_EXECUTABLE "' gate --base-exe '" PENUMBRA_EXECUTABLE
                      "' --head-exe '" PENUMBRA_PLANTED
-                     "' --config gate_config.json --out out/gate.json " +
+                     "' --config gate_config.json --no-times --out out/gate.json " +
                      more);
   }
 
