@@ -125,7 +125,7 @@ struct ExperimentConfig {
   double relmse_epsilon{0.01};  ///< relMSE denominator: reference^2 + epsilon * mean(reference)^2
   ImagesConfig images;
   std::optional<GateConfig> gate;  ///< none: its defaults
-  std::string resolved_json;  ///< the whole config after --set, defaults included, canonical
+  std::string resolved_json;       ///< the whole config after --set, defaults included, canonical
 };
 
 /// Loads and checks a config: syntax, schema, names, parameters, scene files' existence,

@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "harness/experiment.h"
 #include "harness/keys.h"
 
 namespace penumbra {
@@ -27,6 +28,16 @@ std::vector<std::string> gate_cell_names(const ExperimentConfig& config,
 
 std::uint64_t gate_seed(const ExperimentConfig& config, const std::string& cell, int block) {
   return hash_texts({"gate", std::to_string(config.seed), cell, std::to_string(block)});
+}
+
+void set_thresholds(const GateConfig& config, std::span<const GateOverride> accepted,
+                    GateCellRuns& runs) {
+  runs.thresholds = config.thresholds_of(runs.name);
+  for (const GateOverride& loss : accepted) {
+    if (!matches_glob(loss.cells, runs.name)) continue;
+    runs.thresholds = loss.thresholds;
+    runs.accepted = loss.reason;
+  }
 }
 
 }  // namespace penumbra

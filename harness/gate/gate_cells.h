@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "harness/config.h"
+#include "harness/gate/judge.h"
 #include "harness/plan.h"
 
 namespace penumbra {
@@ -16,5 +17,9 @@ std::vector<std::string> gate_cell_names(const ExperimentConfig& config,
 
 /// Seed of a run: independent for every cell and block.
 std::uint64_t gate_seed(const ExperimentConfig& config, const std::string& cell, int block);
+
+/// The thresholds of a cell: those of the config, or of a loss that was accepted.
+void set_thresholds(const GateConfig& config, std::span<const GateOverride> accepted,
+                    GateCellRuns& runs);
 
 }  // namespace penumbra

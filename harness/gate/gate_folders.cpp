@@ -8,6 +8,7 @@
 #include "harness/exr.h"
 #include "harness/gate/gate.h"
 #include "harness/gate/gate_bias.h"
+#include "harness/gate/gate_cells.h"
 #include "harness/gate/judge.h"
 #include "harness/measured_cells.h"
 #include "harness/replicate_files.h"
@@ -92,12 +93,7 @@ GateResult gate_folders(const Experiment& experiment, const GateSources& sources
     }
     GateCellRuns& runs = cells.emplace_back();
     runs.name = subject.names[c];
-    runs.thresholds = subject.gate.thresholds_of(runs.name);
-    for (const GateOverride& accepted : options.accepted) {
-      if (!matches_glob(accepted.cells, runs.name)) continue;
-      runs.thresholds = accepted.thresholds;
-      runs.accepted = accepted.reason;
-    }
+    set_thresholds(subject.gate, options.accepted, runs);
     for (const RunRow& row : of_base->second) {
       runs.base.push_back(gate_run_of(row, runs.name, subject.gate.metric));
     }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "harness/gate/gate_bias.h"
+#include "harness/gate/gate_cells.h"
 #include "harness/progress.h"
 #include "harness/replicates.h"
 #include "scenes/core/error.h"
@@ -86,12 +87,7 @@ std::vector<GateWork> GateSession::with_null_control(std::vector<GateWork> work)
 GateCellRuns GateSession::cell_runs(std::size_t index, GatePhase phase) const {
   GateCellRuns runs;
   runs.name = subject_.names[index];
-  runs.thresholds = subject_.gate.thresholds_of(runs.name);
-  for (const GateOverride& accepted : options_.accepted) {
-    if (!matches_glob(accepted.cells, runs.name)) continue;
-    runs.thresholds = accepted.thresholds;
-    runs.accepted = accepted.reason;
-  }
+  set_thresholds(subject_.gate, options_.accepted, runs);
   runs.head = measurer_->runs(phase, GateSide::Head, runs.name);
   if (!stored()) {
     runs.base = measurer_->runs(phase, GateSide::Base, runs.name);
