@@ -25,6 +25,7 @@
 #include "harness/keys.h"
 #include "harness/progress.h"
 #include "harness/project_root.h"
+#include "harness/scratch_folder.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -189,16 +190,13 @@ int baseline_update_command(const BaselineCommandOptions& options) {
                               : options.folder;
   GateOptions gate;
   gate.overrides = options.config.overrides;
-  std::string scratch = (fs::temp_directory_path() / "penumbra-baseline-XXXXXX").string();
-  if (mkdtemp(scratch.data()) == nullptr) throw RunError(scratch + ": cannot be created");
-  gate.rows = fs::path(scratch) / "rows.csv";
-  int code = kSuccess;
+  const ScratchFolder scratch("baseline");
+  gate.rows = scratch.path() / "rows.csv";
   try {
     const GateResult result = update_baseline(
         experiment, options.executable.empty() ? this_executable() : options.executable, folder,
         options.reason, gate);
-    code = result.exit_code;
-    if (code == kSuccess) {
+    if (result.exit_code == kSuccess) {
       fmt::print("wrote {}: {} cells, {} blocks\n", folder.string(), result.cells.size(),
                  result.blocks);
     } else {
@@ -207,11 +205,10 @@ int baseline_update_command(const BaselineCommandOptions& options) {
         if (cell.verdict == GateVerdict::Fail) fmt::print("{}: {}\n", cell.name, cell.sentence);
       }
     }
+    return result.exit_code;
   } catch (const GateInterrupted&) {
-    code = kInterrupted;
+    return kInterrupted;
   }
-  fs::remove_all(scratch);
-  return code;
 }
 
 int measure_command(const ConfigOptions& options) {

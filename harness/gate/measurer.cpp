@@ -109,14 +109,6 @@ GateMeasurer::GateMeasurer(const GateSubject& subject, std::map<GateSide, Worker
     runs_ = read_gate_runs(rows);
   }
   writer_.emplace(rows, gate_run_columns());
-  std::string pattern = (fs::temp_directory_path() / "penumbra-gate-XXXXXX").string();
-  if (mkdtemp(pattern.data()) == nullptr) throw RunError(pattern + ": cannot be created");
-  pictures_ = pattern;
-}
-
-GateMeasurer::~GateMeasurer() {
-  std::error_code ignored;
-  fs::remove_all(pictures_, ignored);
 }
 
 WorkerGreeting GateMeasurer::greeting(GateSide side) const {
@@ -145,7 +137,7 @@ void GateMeasurer::measure_picture(const fs::path& picture, std::size_t cell, Ga
 void GateMeasurer::make(const Wanted& wanted, Workers& workers) {
   if (interrupted()) throw GateInterrupted("interrupted");
   const std::string& name = subject_.names[wanted.cell];
-  const fs::path picture = pictures_ / "run.exr";
+  const fs::path picture = pictures_.path() / "run.exr";
   const std::uint64_t seed = gate_seed(subject_.config(), name, wanted.block);
   GateRun run =
       workers.measure(wanted.side, {name, seed, wanted.threads, wanted.spp, picture.string()});

@@ -13,6 +13,7 @@
 #include "harness/gate/gate_run.h"
 #include "harness/gate/worker_process.h"
 #include "harness/reference.h"
+#include "harness/scratch_folder.h"
 
 namespace penumbra {
 
@@ -60,7 +61,6 @@ class GateMeasurer {
   /// @param rows   gate.rows.csv; the runs that it holds are not made again
   GateMeasurer(const GateSubject& subject, std::map<GateSide, WorkerOptions> sides,
                const std::filesystem::path& rows);
-  ~GateMeasurer();
 
   /// What a program says of itself; starts it for that.
   WorkerGreeting greeting(GateSide side) const;
@@ -96,7 +96,7 @@ class GateMeasurer {
 
   const GateSubject& subject_;
   std::map<GateSide, WorkerOptions> sides_;
-  std::filesystem::path pictures_;  // folder
+  ScratchFolder pictures_{"gate"};
   std::vector<GateRun> runs_;
   std::optional<CsvWriter> writer_;
 };
