@@ -9,7 +9,7 @@
 namespace penumbra {
 namespace {
 
-// "MIS is slower" of the cells with a verdict and, where given, a reason.
+// The cells with a verdict and, where given, a reason: "scene/MIS/sobol (slower)".
 std::vector<std::string> names_with(const GateResult& result, GateVerdict verdict,
                                     std::optional<GateReason> reason = {}) {
   std::vector<std::string> names;
@@ -58,8 +58,7 @@ void conclude(GateResult& result) {
         same ? "same images and the same work in all cells" : "no loss that matters");
   }
   for (const GateCell& cell : result.cells) {
-    if (cell.reason == GateReason::Improved && result.base.what.empty() == false &&
-        !result.interleaved) {
+    if (cell.reason == GateReason::Improved && !result.base.what.empty() && !result.interleaved) {
       result.notes.push_back(cell.name +
                              ": certainly better than the stored runs, which are stale "
                              "(penumbra baseline update)");

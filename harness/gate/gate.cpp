@@ -1,20 +1,13 @@
 #include "harness/gate/gate.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
-#include "harness/clocks.h"
 #include "harness/gate/baseline.h"
-#include "harness/gate/gate_bias.h"
 #include "harness/gate/gate_session.h"
-#include "harness/gate/judge.h"
 #include "harness/gate/worker.h"
-#include "harness/progress.h"
-#include "harness/replicates.h"
 #include "scenes/core/error.h"
 
 namespace penumbra {
@@ -47,8 +40,7 @@ void check_sides(const WorkerGreeting& base, const WorkerGreeting& head, const G
         "changed, so their errors cannot be compared",
         scene, sources.base_exe.string(), found->second, sources.head_exe.string(), id));
   }
-  std::set<std::string> of_base;
-  for (const WorkerCell& cell : base.cells) of_base.insert(cell.name);
+  const std::set<std::string> of_base(base.cells.begin(), base.cells.end());
   for (const std::string& name : session.subject().names) {
     if (of_base.count(name) == 0) session.leave_out(name, "the base does not have this cell");
   }

@@ -1,14 +1,11 @@
 #include "harness/gate/gate_session.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "harness/gate/gate_bias.h"
 #include "harness/gate/gate_cells.h"
-#include "harness/progress.h"
 #include "harness/replicates.h"
 #include "scenes/core/error.h"
 
@@ -326,8 +323,8 @@ void GateSession::compare(const std::vector<GateRun>& stored) {
 
 std::vector<GateRun> GateSession::measure_baseline() {
   std::vector<GateRun> runs;
+  const int blocks = std::max(kReplicatesForTiles, subject_.gate.looks.front());
   if (check_head()) {
-    const int blocks = std::max(kReplicatesForTiles, subject_.gate.looks.front());
     measurer_->measure(GatePhase::Measure, head_of(cells_), 0, blocks);
     if (check_head()) {
       for (const std::size_t c : cells_) {
@@ -345,7 +342,7 @@ std::vector<GateRun> GateSession::measure_baseline() {
       test_bias();
     }
   }
-  result_.blocks = kReplicatesForTiles;
+  result_.blocks = blocks;
   finish();
   return runs;
 }

@@ -4,13 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <random>
 
 #include "harness/exr.h"
 #include "harness/gate/gate_cells.h"
 #include "harness/keys.h"
-#include "harness/metric_columns.h"
 #include "harness/metrics.h"
 #include "harness/progress.h"
 #include "harness/render.h"

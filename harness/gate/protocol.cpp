@@ -53,14 +53,7 @@ std::string to_line(const WorkerGreeting& greeting) {
   line["machine"] = greeting.machine;
   line["build"] = greeting.build;
   line["references"] = greeting.references;
-  line["cells"] = ordered_json::array();
-  for (const WorkerCell& cell : greeting.cells) {
-    line["cells"].push_back({{"name", cell.name},
-                             {"id", cell.id},
-                             {"bias", cell.bias},
-                             {"spp", cell.spp},
-                             {"smallest_spp", cell.smallest_spp}});
-  }
+  line["cells"] = greeting.cells;
   return line.dump() + "\n";
 }
 
@@ -99,12 +92,7 @@ WorkerGreeting read_greeting(std::string_view line) {
     greeting.machine = value.at("machine").get<std::string>();
     greeting.build = value.at("build").get<std::string>();
     greeting.references = value.at("references").get<std::map<std::string, std::string>>();
-    for (const json& cell : value.at("cells")) {
-      greeting.cells.push_back({cell.at("name").get<std::string>(),
-                                cell.at("id").get<std::string>(),
-                                cell.at("bias").get<std::string>(), cell.at("spp").get<int>(),
-                                cell.at("smallest_spp").get<int>()});
-    }
+    greeting.cells = value.at("cells").get<std::vector<std::string>>();
     return greeting;
   });
 }

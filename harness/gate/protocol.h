@@ -15,17 +15,9 @@ namespace penumbra {
 
 inline constexpr int kProtocolVersion = 1;
 
-struct WorkerCell {
-  std::string name;  ///< gate_cell_names
-  std::string id;    ///< Cell::id: all that the cell is
-  std::string bias;  ///< EstimatorEntry::bias_reason
-  int spp{1};
-  int smallest_spp{1};  ///< with which every shading point gets an estimate
-};
-
 /// The first line of a worker.
 struct WorkerGreeting {
-  std::vector<WorkerCell> cells;
+  std::vector<std::string> cells;                 ///< gate_cell_names
   std::map<std::string, std::string> references;  ///< id of the truth by scene
   std::string build;                              ///< JSON of the build
   std::string machine;
@@ -33,7 +25,7 @@ struct WorkerGreeting {
 
 /// One run to make.
 struct WorkerRequest {
-  std::string cell;
+  std::string cell;  ///< of the greeting's
   std::uint64_t seed{0};
   int threads{1};
   int spp{0};         ///< estimates per pixel; 0: the cell's

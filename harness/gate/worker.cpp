@@ -30,11 +30,8 @@ class Worker {
     WorkerGreeting greeting;
     greeting.machine = machine_text();
     greeting.build = build_json().dump();
-    for (std::size_t i = 0; i < names_.size(); ++i) {
-      const Cell& cell = experiment_.cells()[i];
-      const LoadedScene& scene = scene_of(cell);
-      greeting.cells.push_back({names_[i], cell.id, cell.estimator->bias_reason(cell.params),
-                                cell.spp, scene.points.camera_samples});
+    greeting.cells = names_;
+    for (const LoadedScene& scene : experiment_.scenes()) {
       greeting.references.emplace(scene.config->name, reference_id(scene));
     }
     return greeting;
