@@ -1,5 +1,7 @@
 #include "estimators/record.h"
 
+#include <algorithm>
+
 namespace penumbra {
 
 std::string_view to_string(SampleFate fate) {
@@ -27,6 +29,14 @@ EstimateRecord* EstimateRecorder::begin(int pixel, int estimate) {
   EstimateRecord& record = estimates.emplace_back();
   record.estimate = estimate;
   return &record;
+}
+
+EstimateRecord* EstimateRecorder::find(int pixel, int estimate) {
+  if (pixel != pixel_in_tile) return nullptr;
+  const auto found =
+      std::find_if(estimates.begin(), estimates.end(),
+                   [&](const EstimateRecord& record) { return record.estimate == estimate; });
+  return found == estimates.end() ? nullptr : &*found;
 }
 
 }  // namespace penumbra

@@ -60,8 +60,11 @@ struct EstimateRecorder {
   int pixel_in_tile{0};
   std::vector<EstimateRecord> estimates;
 
-  /// The record to fill for an estimate, or nullptr when its pixel is not asked for.
+  /// The record to fill for an estimate, or nullptr when its pixel is not asked for. Records begun
+  /// before move.
   EstimateRecord* begin(int pixel, int estimate);
+  /// The record of an estimate that was begun, or nullptr.
+  EstimateRecord* find(int pixel, int estimate);
 };
 
 }  // namespace penumbra

@@ -96,22 +96,22 @@ void Mixture::restrict_to_light(int i) noexcept {
   last_light_ = restricted_ ? i + 1 : active_lights();
 }
 
-void Mixture::draw(SamplerKind sampler, const StreamKey& key,
-                   std::span<const int> counts) noexcept {
-  const std::size_t first = size_;
+void Mixture::draw(SamplerKind sampler, const StreamKey& key, std::span<const int> counts,
+                   std::span<const int> first) noexcept {
+  const std::size_t before = size_;
   drawn_.independent = sampler == SamplerKind::Independent;
   drawn_.along_curve = drawn_.candidates = false;
   rays_.clear();
-  counters_.samples += draw_all(sampler, key, counts);
+  counters_.samples += draw_all(sampler, key, counts, first);
   const bool selects = restricted_ || densities_ == Densities::Own;
-  (this->*(selects ? trace_selected_ : trace_all_))(first);
+  (this->*(selects ? trace_selected_ : trace_all_))(before);
   enter(EstimateStage::Weigh);
 }
 
 // Draws and keeps directions of all components.
 // @return their number
 std::uint64_t Mixture::draw_all(SamplerKind sampler, const StreamKey& key,
-                                std::span<const int> counts) noexcept {
+                                std::span<const int> counts, std::span<const int> first) noexcept {
   enter(EstimateStage::Sample);
   drawn_.key = key;
   if (record_ != nullptr) record_draw(counts);
@@ -119,7 +119,9 @@ std::uint64_t Mixture::draw_all(SamplerKind sampler, const StreamKey& key,
   for (int k = 0, last = components(); k < last; ++k) {
     const int count = counts[static_cast<std::size_t>(k)];
     if (count <= 0) continue;
-    draw_points(sampler, k, static_cast<std::uint32_t>(count));
+    const int left_out = first.empty() ? 0 : first[static_cast<std::size_t>(k)];
+    draw_points(sampler, k, static_cast<std::uint32_t>(left_out),
+                static_cast<std::uint32_t>(count));
     total += static_cast<std::uint64_t>(count);
   }
   keep_block();

@@ -61,9 +61,10 @@ class Mixture {
           std::size_t max_samples, Densities densities = Densities::All);
 
   /// Binds the mixture to a point: sets up the lights that can contribute there and drops the cone
-  /// and all samples.
+  /// and all samples. At the same point components have the same numbers again.
   /// @param surface  values of the point's textures; nullptr: factors of 1
-  /// @param record   filled with all that is drawn at this point, unless nullptr
+  /// @param record   filled with all that is drawn at this point, after what it holds, unless
+  ///                 nullptr
   void set_up(const ShadingPoint& point, const SurfaceValues* surface = nullptr,
               EstimateRecord* record = nullptr) noexcept;
 
@@ -102,7 +103,10 @@ class Mixture {
   /// f has value 0 and is not kept.
   /// @param key     seed, pixel, estimate and iteration; the component is filled in
   /// @param counts  [component]
-  void draw(SamplerKind sampler, const StreamKey& key, std::span<const int> counts) noexcept;
+  /// @param first   [component] points of its set to leave out, because they were drawn before;
+  ///                empty: none
+  void draw(SamplerKind sampler, const StreamKey& key, std::span<const int> counts,
+            std::span<const int> first = {}) noexcept;
 
   /// Draws candidates as `draw` draws samples, but traces none. Their f lacks the arriving
   /// radiance. With any sampler but the independent one a component's candidates lie along a curve
@@ -162,6 +166,8 @@ class Mixture {
 
   /// The record given to set_up, with the iterations and samples drawn so far; or nullptr.
   EstimateRecord* record() noexcept { return record_; }
+  /// Place of sample i among the record's samples; only with a record.
+  std::size_t record_place(std::size_t i) const noexcept { return record_index_[i]; }
   /// States the weight of sample i in the record; nothing without one.
   void record_weight(std::size_t i, double weight) noexcept {
     if (record_ != nullptr) record_->samples[record_index_[i]].weight = weight;
@@ -172,9 +178,10 @@ class Mixture {
  private:
   void list_active_lights(const ShadingPoint& point) noexcept;
   std::uint32_t stream(int component) const noexcept;
-  std::uint64_t draw_all(SamplerKind sampler, const StreamKey& key,
-                         std::span<const int> counts) noexcept;
-  void draw_points(SamplerKind sampler, int component, std::uint32_t count) noexcept;
+  std::uint64_t draw_all(SamplerKind sampler, const StreamKey& key, std::span<const int> counts,
+                         std::span<const int> first) noexcept;
+  void draw_points(SamplerKind sampler, int component, std::uint32_t first,
+                   std::uint32_t count) noexcept;
   void place_runs_along_curves() noexcept;
   void keep_unshadowed(std::size_t survivors) noexcept;
   template <typename Fill>

@@ -49,21 +49,22 @@ std::uint32_t Mixture::stream(int component) const noexcept {
   return restricted_ ? lights + 3 + *active_id : lights;
 }
 
-void Mixture::draw_points(SamplerKind sampler, int component, std::uint32_t count) noexcept {
+void Mixture::draw_points(SamplerKind sampler, int component, std::uint32_t left_out,
+                          std::uint32_t count) noexcept {
   const std::uint32_t stream_of_set = stream(component);
   if (drawn_.independent) {
     return add_runs(component, count, [&](std::uint32_t first, std::uint32_t n, std::size_t at) {
-      drawn_.points.add(at, n, stream_of_set, first);
+      drawn_.points.add(at, n, stream_of_set, left_out + first);
     });
   }
   StreamKey key = drawn_.key;
   key.component = stream_of_set;
-  const PointSet points(sampler, key, count);
+  const PointSet points(sampler, key, left_out + count);
   const bool with_choice = component < light_components()
                                ? lights_as_one_ || proposal(component).uses_choice()
                                : bsdf_.uses_choice();
   add_runs(component, count, [&](std::uint32_t first, std::uint32_t n, std::size_t at) {
-    points.fill(first, n, with_choice, drawn_.variates, at);
+    points.fill(left_out + first, n, with_choice, drawn_.variates, at);
   });
 }
 

@@ -17,7 +17,7 @@ void Mixture::propose(SamplerKind sampler, const StreamKey& key,
   drawn_.independent = true;
   drawn_.along_curve = sampler != SamplerKind::Independent;
   drawn_.candidates = true;
-  counters_.candidates += draw_all(sampler, key, counts);
+  counters_.candidates += draw_all(sampler, key, counts, {});
   enter(EstimateStage::Weigh);
 }
 

@@ -16,6 +16,7 @@ std::size_t Mixture::recorded_component(int component) const noexcept {
 
 void Mixture::begin_record(EstimateRecord* record) noexcept {
   record_ = record;
+  if (!record->components.empty()) return;  // the point again, for another iteration
   if (lights_as_one_) {
     record->components.emplace_back("lights");
   } else {

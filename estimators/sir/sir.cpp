@@ -12,11 +12,13 @@
 // Equations, with n_k of N candidates from density h_k (per steradian) and R rays:
 //   K(w)  = sum_k (n_k / N) h_k(w)
 //   t(w)  = luminance of BSDF x cosine x radiance of the lights along w, as if nothing hid them
-//   u_j   = t(w_j) / K(w_j)
-//   F     = (sum_j u_j / N) (1/R) sum_{chosen j} c_j f(w_j) / t(w_j),    E[c_j] = R u_j / sum u
-// with c_j copies of candidate j, which are traced once.
+//   u_j   = g_k t(w_j) / K(w_j)    for a candidate of component k, with U = sum_j u_j
+//   g_k   = 1 - alike + alike (sum of t/K) / (components x sum of t/K of component k)
+//   F     = (U / N R) sum_{chosen j} c_j f(w_j) / (g_k t(w_j)),    E[c_j] = R u_j / U
+// with c_j copies of candidate j, which are traced once. The factors g give every component a part
+// of the rays: the light that would bring most may be hidden.
 //
-// Parameters: candidates (per ray), bsdf (share of the candidates that glossy lobes draw),
+// Parameters: candidates (per ray), bsdf (share of the candidates that glossy lobes draw), alike,
 // light_sampling. The BSDF component draws from glossy lobes only, and not at all where there is
 // none: the lights' components cover every direction that brings light.
 // Unbiased: given the candidates, E[F] is their own mixture estimate (1/N) sum f/K because t is
@@ -52,9 +54,12 @@ class Sir final : public Estimator {
       : budget_(budget),
         per_ray_(static_cast<int>(params.integer("candidates"))),
         bsdf_share_(params.real("bsdf")),
+        alike_(params.real("alike")),
         mixture_(scene, light_sampling_of(params), false, most_candidates(scene, params, budget)),
         counts_(scene.sampled_lights().size() + 2),
         coefficients_(counts_.size()),
+        sums_(counts_.size()),
+        factors_(counts_.size()),
         weights_(most_candidates(scene, params, budget) + kLaneGroup),
         choices_(most_samples(scene, budget)),
         chosen_(choices_.size()) {
@@ -78,7 +83,8 @@ class Sir final : public Estimator {
     }
     mixture_.propose(budget_.sampler, key, std::span(counts_).first(m));
     const std::span<double> weights = std::span(weights_).first(mixture_.size());
-    const double sum = weigh(std::span(coefficients_).first(m), weights);
+    weigh(std::span(coefficients_).first(m), weights);
+    const double sum = even_out(weights);
     if (!(sum > 0.0)) return Rgb(0.0f);
 
     key.component = kRoundingComponent;
@@ -90,8 +96,9 @@ class Sir final : public Estimator {
     const double scale = sum / candidates / rays;
     RgbSum total(0.0);
     for (std::size_t i = 0; i < count; ++i) {
+      const double factor = factors_[static_cast<std::size_t>(mixture_.component(i))];
       const double weight =
-          scale * choices_[i].copies / static_cast<double>(mixture_.unshadowed(i));
+          scale * choices_[i].copies / (factor * static_cast<double>(mixture_.unshadowed(i)));
       mixture_.record_weight(i, weight);
       if (!is_black(mixture_.f(i))) total += widen(mixture_.f(i)) * weight;
     }
@@ -111,15 +118,34 @@ class Sir final : public Estimator {
     return per_light * lights + of_bsdf;
   }
 
-  // Fills in t/K of all candidates. @return their sum
-  double weigh(std::span<const double> coefficients, std::span<double> weights) noexcept {
+  // Fills in u = t/K of all candidates.
+  void weigh(std::span<const double> coefficients, std::span<double> weights) noexcept {
     mixture_.mixture_pdfs_w(0, coefficients, weights_);
     const std::span<const float> targets = mixture_.unshadowed();
-    double sum = 0.0;
     for (std::size_t i = 0; i < weights.size(); ++i) {
       const auto target = static_cast<double>(targets[i]);
       if (target > 0.0 && !(weights[i] > 0.0)) ++mixture_.counters().uncovered;
       weights[i] = weights[i] > 0.0 ? target / weights[i] : 0.0;
+    }
+  }
+
+  // Multiplies the weights of each component by a factor, so that a part of all choices is shared
+  // alike. @return the sum of the new weights
+  double even_out(std::span<double> weights) noexcept {
+    std::fill(sums_.begin(), sums_.end(), 0.0);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      sums_[static_cast<std::size_t>(mixture_.component(i))] += weights[i];
+      sum += weights[i];
+    }
+    const auto filled = std::count_if(sums_.begin(), sums_.end(), [](double s) { return s > 0.0; });
+    for (std::size_t k = 0; k < sums_.size(); ++k) {
+      factors_[k] = 1.0 - alike_;
+      if (sums_[k] > 0.0) factors_[k] += alike_ * sum / (static_cast<double>(filled) * sums_[k]);
+    }
+    sum = 0.0;
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      weights[i] *= factors_[static_cast<std::size_t>(mixture_.component(i))];
       sum += weights[i];
     }
     return sum;
@@ -128,9 +154,12 @@ class Sir final : public Estimator {
   Budget budget_;
   int per_ray_;
   double bsdf_share_;
+  double alike_;
   Mixture mixture_;
   std::vector<int> counts_;           // [component]
   std::vector<double> coefficients_;  // [component]
+  std::vector<double> sums_;          // [component] of its candidates' weights
+  std::vector<double> factors_;       // [component] on them
   std::vector<double> weights_;       // [candidate]; first its density K
   std::vector<Choice> choices_;
   std::vector<std::uint32_t> chosen_;
@@ -148,6 +177,11 @@ std::span<const ParamSpec> params() {
        .doc = "share of the candidates that glossy lobes draw, where there are any",
        .min = 0.0,
        .max = 0.9},
+      {.name = "alike",
+       .default_value = 0.5,
+       .doc = "part of the rays that components share alike, whatever their candidates would bring",
+       .min = 0.0,
+       .max = 1.0},
       light_sampling_param(LightSampling::SolidAngle),
   };
   return specs;

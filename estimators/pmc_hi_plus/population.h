@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "estimators/mixture/sums.h"
+#include "scenes/core/shading_point.h"
+
+/// What the initial populations of a block of pixels found, and what their neighbours may know.
+namespace penumbra::pmc_hi_plus {
+
+inline constexpr int kBlockSide = 8;  ///< [pixels]
+inline constexpr int kBlockPixels = kBlockSide * kBlockSide;
+inline constexpr int kMostEstimates = 8;  ///< of a pixel, that learn from one another
+
+/// Estimates are learned from in two halves, like the squares of a chessboard over pixels and
+/// estimates: what one half found decides what the other half draws, so that no estimate's samples
+/// decide their own number.
+inline constexpr int half_of(int x, int y, int estimate) noexcept { return (x + y + estimate) & 1; }
+
+/// Means over the estimates of one half in the neighbourhood of a pixel.
+struct Neighbourhood {
+  int estimates{0};
+  double luminance{0};   ///< of the initial estimates
+  double lobe_share{0};  ///< of that luminance, for which the BSDF component's density stands
+  /// [slot], of a component's part of an estimate, if it drew one sample only
+  std::span<const double> variance;
+};
+
+/// Initial populations of a block. Slots are the scene's sampled lights, then the BSDF.
+class Population {
+ public:
+  /// One estimate.
+  struct Member {
+    bool used{false};
+    std::uint32_t material{0};
+    Vec3 normal{0.0f};
+    int lights{0};                  ///< that can contribute at the point
+    bool lobe{false};               ///< whether the BSDF component can draw
+    double luminance{0};            ///< of the initial estimate
+    double lobe_luminance{0};       ///< part of it that the BSDF component's density stands for
+    RgbSum radiance{0.0};           ///< the initial estimate
+    std::size_t first{0}, last{0};  ///< its lit samples
+  };
+
+  /// @param estimates  most estimates of a pixel at a time
+  Population(std::size_t slots, int estimates);
+
+  std::size_t slots() const noexcept { return slots_; }
+
+  /// Forgets all.
+  /// @param estimates  of each pixel, at most those of the constructor
+  void begin(int width, int height, int estimates) noexcept;
+
+  int width() const noexcept { return width_; }
+  int pixels() const noexcept { return width_ * height_; }
+  int estimates() const noexcept { return estimates_; }
+  int half(int pixel, int estimate) const noexcept {
+    return half_of(pixel % width_, pixel / width_, estimate);
+  }
+  std::size_t index(int pixel, int estimate) const noexcept {
+    return static_cast<std::size_t>(pixel) * static_cast<std::size_t>(estimates_) +
+           static_cast<std::size_t>(estimate);
+  }
+
+  /// Puts an estimate at a point into use, with nothing found yet.
+  Member& use(std::size_t i, const ShadingPoint& point) noexcept;
+  const Member& operator[](std::size_t i) const noexcept { return members_[i]; }
+  /// [slot], as in Neighbourhood.
+  std::span<double> variance(std::size_t i) noexcept {
+    return std::span(variance_).subspan(i * slots_, slots_);
+  }
+
+  /// Adds up pixels; before `around`.
+  void gather() noexcept;
+  /// What estimates of the other half found around an estimate, on surfaces of its kind: the same
+  /// material and a normal within 60 degrees.
+  /// @param radius   [pixels]; 0: the pixel alone
+  /// @param scratch  [slot]
+  Neighbourhood around(int pixel, int estimate, int radius,
+                       std::span<double> scratch) const noexcept;
+
+ private:
+  std::size_t pixel_half(int pixel, int half) const noexcept {
+    return static_cast<std::size_t>(pixel) * 2 + static_cast<std::size_t>(half);
+  }
+  bool same_kind(std::size_t a, std::size_t b) const noexcept;
+
+  std::size_t slots_;
+  int width_{0}, height_{0}, estimates_{0};
+  std::vector<Member> members_;   // [estimate]
+  std::vector<double> variance_;  // [estimate][slot]
+
+  // Sums over the estimates of one half in a pixel that are of one kind: that of the first.
+  struct Sum {
+    int count{0};
+    std::size_t first{0};
+    double luminance{0}, lobe_luminance{0};
+  };
+  std::vector<Sum> sums_;             // [pixel][half]
+  std::vector<double> variance_sum_;  // [pixel][half][slot]
+};
+
+}  // namespace penumbra::pmc_hi_plus
