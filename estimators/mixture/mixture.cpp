@@ -53,10 +53,11 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
   }
 }
 
-void Mixture::list_active_lights(const ShadingPoint& point) noexcept {
+void Mixture::list_active_lights(const ShadingPoint& point,
+                                 std::span<const std::uint32_t> candidates) noexcept {
   const std::span<const Light> lights = scene_->lights();
   LightProposal proposal;
-  for (const std::uint32_t id : scene_->sampled_lights()) {
+  for (const std::uint32_t id : candidates) {
     if (!proposal.set_up(lights[id], light_sampling_, point.position, point.geometric_normal,
                          scene_->keep_all())) {
       continue;
@@ -67,10 +68,10 @@ void Mixture::list_active_lights(const ShadingPoint& point) noexcept {
 }
 
 void Mixture::set_up(const ShadingPoint& point, const SurfaceValues* surface,
-                     EstimateRecord* record) noexcept {
+                     EstimateRecord* record, std::span<const std::uint32_t> lights) noexcept {
   active_.clear();
   active_ids_.clear();
-  if (!scene_->is_mirror(point.material)) list_active_lights(point);
+  if (!scene_->is_mirror(point.material)) list_active_lights(point, lights);
   if (many_ != nullptr) many_->built = false;
   point_ = point;
   record_ = nullptr;

@@ -65,7 +65,13 @@ class Mixture {
   /// @param surface  values of the point's textures; nullptr: factors of 1
   /// @param record   filled with all that is drawn at this point, unless nullptr
   void set_up(const ShadingPoint& point, const SurfaceValues* surface = nullptr,
-              EstimateRecord* record = nullptr) noexcept;
+              EstimateRecord* record = nullptr) noexcept {
+    set_up(point, surface, record, scene_->sampled_lights());
+  }
+  /// The same with some of the lights that have a density.
+  /// @param lights  scene indices, each at most once; active lights keep their order
+  void set_up(const ShadingPoint& point, const SurfaceValues* surface, EstimateRecord* record,
+              std::span<const std::uint32_t> lights) noexcept;
 
   const ShadingPoint& point() const noexcept { return point_; }
 
@@ -150,7 +156,8 @@ class Mixture {
   void scale_recorded_weights(std::size_t first, std::size_t last, double factor) noexcept;
 
  private:
-  void list_active_lights(const ShadingPoint& point) noexcept;
+  void list_active_lights(const ShadingPoint& point,
+                          std::span<const std::uint32_t> candidates) noexcept;
   std::uint32_t stream(int component) const noexcept;
   void draw_points(SamplerKind sampler, int component, std::uint32_t count) noexcept;
   template <typename Fill>
