@@ -60,6 +60,10 @@ class Mixture {
   Mixture(const Scene& scene, LightSampling light_sampling, bool lights_as_one,
           std::size_t max_samples, Densities densities = Densities::All);
 
+  /// Draws an environment by its compensated density from now on. Sound only with all densities and
+  /// together with samples of the BSDF component, which have to find what that density leaves out.
+  void compensate_environment();
+
   /// Binds the mixture to a point: sets up the lights that can contribute there and drops the cone
   /// and all samples.
   /// @param surface  values of the point's textures; nullptr: factors of 1
@@ -165,6 +169,7 @@ class Mixture {
   void draw_directions() noexcept;
   struct Run;
   void draw_any_light(const Run& run) noexcept;
+  bool sees_compensated() const noexcept;
   void draw_cone(const Run& run) noexcept;
   void fill_light_pdfs() noexcept;
   void fill_pdf_of_all_as_one() noexcept;
@@ -206,6 +211,8 @@ class Mixture {
   std::vector<LightProposal> active_;
   std::vector<std::uint32_t> active_ids_;
   int first_light_{0}, last_light_{0};
+  std::unique_ptr<CompensatedDensity> compensated_;  // of the environment, where it is asked for
+  int compensated_light_{-1};                        // active light that is drawn by it
   bool restricted_{false};
   Cone cone_;
 

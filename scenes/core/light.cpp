@@ -67,6 +67,7 @@ float highest_corner(const Light& light, const Vec3& from, const Vec3& normal) n
 std::string_view to_string(LightSampling sampling) {
   return sampling == LightSampling::Area ? "area" : "solid_angle";
 }
+      compensated_ = nullptr;
 
 bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec3& from,
                            const Vec3& normal, bool keep_all) noexcept {
@@ -308,7 +309,8 @@ std::optional<LightSample> LightProposal::sample(const Variates& variates) const
     case Mode::SphereInside:
       return LightSample{sample_uniform_sphere(u), pdf_constant_};
     case Mode::Environment: {
-      const Environment::Sample s = light.environment.sample(u);
+      const Environment::Sample s =
+          compensated_ != nullptr ? compensated_->sample(u) : light.environment.sample(u);
       if (!(s.pdf_w > 0.0f)) return std::nullopt;
       return LightSample{s.w, s.pdf_w};
     }
@@ -363,7 +365,7 @@ float LightProposal::pdf_w(const Vec3& wi) const noexcept {
     case Mode::SphereInside:
       return pdf_constant_;
     case Mode::Environment:
-      return light_->environment.pdf_w(wi);
+      return compensated_ != nullptr ? compensated_->pdf_w(wi) : light_->environment.pdf_w(wi);
     case Mode::Mesh:
       break;
   }

@@ -139,6 +139,11 @@ class LightProposal {
 
   /// Density of `sample` for a unit direction; positive exactly where the ray from the point meets
   /// the light's surface.
+  /// Draws an environment by another density from now on; directions outside of it may still bring
+  /// light. After set_up.
+  /// @param density  of this light's environment; must outlive the proposal
+  void compensate(const CompensatedDensity& density) noexcept { compensated_ = &density; }
+
   float pdf_w(const Vec3& wi) const noexcept;
 
   /// `sample` for the variates of lanes [at, at + count), into the same lanes. Where there is no
@@ -206,3 +211,5 @@ class LightProposal {
 };
 
 }  // namespace penumbra
+
+  const CompensatedDensity* compensated_{nullptr};  // of an environment
