@@ -23,6 +23,9 @@ const double kLevel = test::sidak(1e-4, 200);
 const Vec3 kOrigin(0.0f);
 const Vec3 kUp(0.0f, 0.0f, 1.0f);
 
+constexpr LightSampling kSamplings[] = {LightSampling::Area, LightSampling::SolidAngle,
+                                        LightSampling::Cosine};
+
 /// A light and a way to sample it, seen from the origin with the normal +z.
 struct View {
   std::string name;
@@ -41,7 +44,7 @@ Light tilted_panel() {  // faces the origin obliquely
 
 std::vector<View> rectangle_views() {
   std::vector<View> views;
-  for (const LightSampling sampling : {LightSampling::Area, LightSampling::SolidAngle}) {
+  for (const LightSampling sampling : kSamplings) {
     const std::string suffix = " by " + std::string(to_string(sampling));
     views.push_back({"near rectangle" + suffix, panel(1.0f, 2.0f, {0.3f, 0.1f, 0.7f}), sampling});
     views.push_back({"far rectangle" + suffix, panel(1.0f, 2.0f, {3.0f, 5.0f, 12.0f}), sampling});
@@ -50,10 +53,11 @@ std::vector<View> rectangle_views() {
                      test::rectangle_light({1, -1, -1}, {0, 0, 3}, {0, 2, 0}, true), sampling});
     views.push_back({"tiny rectangle" + suffix, panel(0.01f, 0.02f, {0.2f, 0.1f, 1.0f}), sampling});
   }
-  views.push_back({"close rectangle by solid_angle", panel(1.0f, 1.0f, {0.0f, 0.0f, 0.01f}),
-                   LightSampling::SolidAngle});
-  views.push_back({"huge rectangle by solid_angle", panel(1e3f, 1e3f, {0.0f, 0.0f, 0.1f}),
-                   LightSampling::SolidAngle});
+  for (const LightSampling sampling : {LightSampling::SolidAngle, LightSampling::Cosine}) {
+    const std::string suffix = " by " + std::string(to_string(sampling));
+    views.push_back({"close rectangle" + suffix, panel(1.0f, 1.0f, {0.0f, 0.0f, 0.01f}), sampling});
+    views.push_back({"huge rectangle" + suffix, panel(1e3f, 1e3f, {0.0f, 0.0f, 0.1f}), sampling});
+  }
   return views;
 }
 
@@ -190,7 +194,7 @@ test::Moments mean_inverse_pdf(const LightProposal& p, int draws) {
 }
 
 TEST(RectangleLight, MeanOfInversePdfIsTheSolidAngleDownTo1eMinus6) {
-  for (const LightSampling sampling : {LightSampling::Area, LightSampling::SolidAngle}) {
+  for (const LightSampling sampling : kSamplings) {
     for (int k = 0; k <= 6; ++k) {
       const auto side = static_cast<float>(std::pow(10.0, -k));
       const View view{"side 1e-" + std::to_string(k), panel(side, side, {0.3f, 0.2f, 1.0f}),
@@ -256,6 +260,42 @@ TEST(RectangleLight, MonteCarloIrradianceIsLambertsPolygonFormula) {
     EXPECT_LT(moments.z(exact, 2e-6), test::z_bound(kLevel))
         << view.name << " " << moments.mean() << " " << exact;
   }
+}
+
+// The standard deviation of cos/pdf, relative to the irradiance.
+double irradiance_noise(const Light& light, LightSampling sampling) {
+  const LightProposal p = proposal({"", light, sampling});
+  test::TestRandom random;
+  test::Moments moments;
+  for (int i = 0; i < 50000; ++i) {
+    const auto sample = p.sample(random.variates());
+    moments.add(std::max(0.0, double{sample->wi.z}) / double{sample->pdf_w});
+  }
+  return moments.standard_error() * std::sqrt(moments.n()) / moments.mean();
+}
+
+// Corners do not tell of a cosine that is largest in the middle, straight above: there the gain is
+// small.
+TEST(RectangleLight, WarpByCosinesTakesNoiseWhereTheRectangleIsSeenObliquely) {
+  const auto ratio = [](const Light& light) {
+    return irradiance_noise(light, LightSampling::Cosine) /
+           irradiance_noise(light, LightSampling::SolidAngle);
+  };
+  EXPECT_LT(ratio(tilted_panel()), 0.6);
+  EXPECT_LT(ratio(panel(2.0f, 0.3f, {1.2f, 0.4f, 0.3f})), 0.6);
+  EXPECT_LT(ratio(panel(1.0f, 2.0f, {0.3f, 0.1f, 0.7f})), 1.0);
+}
+
+// Negative control of the inverse: the density of the square taken where it is drawn uniformly.
+TEST(RectangleLight, ChiSquareRejectsTheSolidAnglesDensityForTheWarpedOne) {
+  const Light light = tilted_panel();
+  const LightProposal drawn = proposal({"", light, LightSampling::Cosine});
+  const LightProposal claimed = proposal({"", light, LightSampling::SolidAngle});
+  test::TestRandom random;
+  const auto result = test::fit_directions(
+      grid_around(light), [&] { return std::optional(drawn.sample(random.variates())->wi); },
+      [&](const Vec3& wi) { return double{claimed.pdf_w(wi)}; }, 40000, 16);
+  EXPECT_LT(result.p, kLevel);
 }
 
 TEST(RectangleLight, ZTestRejectsAnIrradianceOffByOnePercent) {  // negative control
@@ -333,7 +373,7 @@ bool lights_the_origin(const Light& light, LightSampling sampling) {
 }
 
 TEST(LightProposal, LightsThatCanNotContributeAreLeftOut) {
-  for (const LightSampling sampling : {LightSampling::Area, LightSampling::SolidAngle}) {
+  for (const LightSampling sampling : kSamplings) {
     const Light facing = panel(1, 1, {0, 0, 1});
     Light flipped = test::rectangle_light(facing.origin, facing.edge_v, facing.edge_u);
     EXPECT_TRUE(lights_the_origin(facing, sampling));
@@ -366,7 +406,7 @@ TEST(LightProposal, LightsThatCanNotContributeAreLeftOut) {
 
 TEST(LightProposal, NearlyEdgeOnAndTouchingLightsStayFinite) {
   test::TestRandom random;
-  for (const LightSampling sampling : {LightSampling::Area, LightSampling::SolidAngle}) {
+  for (const LightSampling sampling : kSamplings) {
     for (int k = 1; k <= 12; ++k) {
       const auto gap = static_cast<float>(std::pow(10.0, -k));
       const Light edge_on = test::rectangle_light({gap, -1, 0}, {0, 0, 2}, {0, 2, 0}, true);
