@@ -69,6 +69,7 @@ struct Budget {
 struct EstimateCounters {
   std::uint64_t estimates{0};
   std::uint64_t samples{0};
+  std::uint64_t candidates{0};  ///< directions drawn to choose samples from, without a ray
   std::uint64_t rays{0};
   std::uint64_t lit{0};  ///< rays that brought light
   std::uint64_t iterations{0};

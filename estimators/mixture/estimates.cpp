@@ -99,9 +99,9 @@ int shared_mis_counts(int srl, int active_lights, int light_components,
   return lights_total + bsdf;
 }
 
-ParamSpec light_sampling_param() {
+ParamSpec light_sampling_param(LightSampling by_default) {
   return {.name = "light_sampling",
-          .default_value = std::string("area"),
+          .default_value = std::string(to_string(by_default)),
           .doc =
               "density of the light samples: uniform over the area or over the solid angle; "
               "cosine: of rectangles, over the solid angle, warped by the receiver's cosines",
