@@ -262,42 +262,6 @@ TEST(RectangleLight, MonteCarloIrradianceIsLambertsPolygonFormula) {
   }
 }
 
-// The standard deviation of cos/pdf, relative to the irradiance.
-double irradiance_noise(const Light& light, LightSampling sampling) {
-  const LightProposal p = proposal({"", light, sampling});
-  test::TestRandom random;
-  test::Moments moments;
-  for (int i = 0; i < 50000; ++i) {
-    const auto sample = p.sample(random.variates());
-    moments.add(std::max(0.0, double{sample->wi.z}) / double{sample->pdf_w});
-  }
-  return moments.standard_error() * std::sqrt(moments.n()) / moments.mean();
-}
-
-// Corners do not tell of a cosine that is largest in the middle, straight above: there the gain is
-// small.
-TEST(RectangleLight, WarpByCosinesTakesNoiseWhereTheRectangleIsSeenObliquely) {
-  const auto ratio = [](const Light& light) {
-    return irradiance_noise(light, LightSampling::Cosine) /
-           irradiance_noise(light, LightSampling::SolidAngle);
-  };
-  EXPECT_LT(ratio(tilted_panel()), 0.6);
-  EXPECT_LT(ratio(panel(2.0f, 0.3f, {1.2f, 0.4f, 0.3f})), 0.6);
-  EXPECT_LT(ratio(panel(1.0f, 2.0f, {0.3f, 0.1f, 0.7f})), 1.0);
-}
-
-// Negative control of the inverse: the density of the square taken where it is drawn uniformly.
-TEST(RectangleLight, ChiSquareRejectsTheSolidAnglesDensityForTheWarpedOne) {
-  const Light light = tilted_panel();
-  const LightProposal drawn = proposal({"", light, LightSampling::Cosine});
-  const LightProposal claimed = proposal({"", light, LightSampling::SolidAngle});
-  test::TestRandom random;
-  const auto result = test::fit_directions(
-      grid_around(light), [&] { return std::optional(drawn.sample(random.variates())->wi); },
-      [&](const Vec3& wi) { return double{claimed.pdf_w(wi)}; }, 40000, 16);
-  EXPECT_LT(result.p, kLevel);
-}
-
 TEST(RectangleLight, ZTestRejectsAnIrradianceOffByOnePercent) {  // negative control
   const View view{"", panel(1.0f, 2.0f, {0.3f, 0.1f, 0.7f}), LightSampling::SolidAngle};
   const LightProposal p = proposal(view);
