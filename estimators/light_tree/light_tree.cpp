@@ -20,7 +20,7 @@
 // The environment has no place in a tree: it gets its share of the samples before the cut, in
 // proportion to its irradiance against the cut's importance, within [1/8, 7/8].
 //
-// Parameters: samples = 32, split = 4 radii, light_sampling = area.
+// Parameters: samples = 32, split = 4 radii, light_sampling = solid_angle.
 // Unbiased: importance is 0 only where no light below the node can contribute (tree.h), and the
 // weights of a cut keep a share of it. Weak case: occlusion is not known to the tree; few lights,
 // where all of them can be sampled; nearly specular surfaces, whose highlights are narrower than
@@ -130,7 +130,7 @@ std::span<const ParamSpec> params() {
        .doc = "nodes nearer than this many of their radii are split before the choice; 0: none",
        .min = 0.0,
        .max = 1e6},
-      light_sampling_param(),
+      light_sampling_param(LightSampling::SolidAngle),
   };
   return specs;
 }
