@@ -82,7 +82,9 @@ class LightTree final : public Estimator {
   // Share of the samples that the environment gets.
   double environment_share(const ShadingPoint& point) const noexcept {
     if (scene_->environment_light() == kNoLight) return 0.0;
-    if (!scene_->keep_all() && !environment().can_light(point.geometric_normal)) return 0.0;
+    // Where all is kept, the tree's importance is that of lights anywhere and has no measure.
+    if (scene_->keep_all()) return cut_.empty() ? 1.0 : 0.5;
+    if (!environment().can_light(point.geometric_normal)) return 0.0;
     double of_tree = 0.0;
     for (const CutNode& node : cut_) of_tree += static_cast<double>(node.importance);
     if (!(of_tree > 0.0)) return 1.0;
