@@ -17,10 +17,16 @@
 //   that see all lights.
 // Lights that can not contribute at a point (below the horizon, facing away) get no samples.
 //
-// Parameters: layout = shared, heuristic = balance, light_sampling = area.
+// Environments can be drawn by a compensated density, which leaves what is dim and even to the BSDF
+// samples. Source: Karlik et al. 2019, "MIS compensation: Optimizing sampling techniques in
+// multiple importance sampling".
+//
+// Parameters: layout = shared, heuristic = balance, light_sampling = area, environment = luminance.
 // Unbiased: every direction that brings light is covered by its light's own samples, and counts are
-// fixed in advance. Weak case: samples are spent on techniques that do not suit the point; narrow
-// visible parts of a large light.
+// fixed in advance; what a compensated density leaves out is covered by the BSDF samples, which
+// every SRL that is allowed has, and whose density is positive wherever the BSDF is. Weak case:
+// samples are spent on techniques that do not suit the point; narrow visible parts of a large
+// light.
 
 #include <memory>
 
@@ -42,7 +48,9 @@ class Mis final : public Estimator {
         mixture_(scene, light_sampling_of(params), false, most_samples(scene, budget)),
         counts_(scene.sampled_lights().size() + 2),
         coefficients_(scene.sampled_lights().size() + 2),
-        density_(most_samples(scene, budget) + kLaneGroup) {}
+        density_(most_samples(scene, budget) + kLaneGroup) {
+    if (params.text("environment") == "compensated") mixture_.compensate_environment();
+  }
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {
     estimate_tile(
@@ -124,6 +132,12 @@ std::span<const ParamSpec> params() {
        .doc = "weights of the techniques: balance or power with exponent 2",
        .choices = {"balance", "power2"}},
       light_sampling_param(),
+      {.name = "environment",
+       .default_value = std::string("luminance"),
+       .doc =
+           "density of the samples of an environment: in proportion to its luminance, or to what "
+           "of it is above its mean",
+       .choices = {"luminance", "compensated"}},
   };
   return specs;
 }

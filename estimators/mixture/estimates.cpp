@@ -102,13 +102,16 @@ int shared_mis_counts(int srl, int active_lights, int light_components,
 ParamSpec light_sampling_param(LightSampling by_default) {
   return {.name = "light_sampling",
           .default_value = std::string(to_string(by_default)),
-          .doc = "density of the light samples: uniform over the area or over the solid angle",
-          .choices = {"area", "solid_angle"}};
+          .doc =
+              "density of the light samples: uniform over the area or over the solid angle; "
+              "cosine: of rectangles, over the solid angle, warped by the receiver's cosines",
+          .choices = {"area", "solid_angle", "cosine"}};
 }
 
 LightSampling light_sampling_of(const ParamSet& params) {
-  return params.text("light_sampling") == "solid_angle" ? LightSampling::SolidAngle
-                                                        : LightSampling::Area;
+  const std::string& name = params.text("light_sampling");
+  if (name == "cosine") return LightSampling::Cosine;
+  return name == "solid_angle" ? LightSampling::SolidAngle : LightSampling::Area;
 }
 
 }  // namespace penumbra

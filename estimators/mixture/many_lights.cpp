@@ -32,7 +32,7 @@ void Mixture::fill_pdfs_of_many() noexcept {
       if (pdf > 0.0f) many.lane_densities[next++] = {0, pdf};
       sum = static_cast<double>(pdf);
     }
-    drawn_.any_light_pdf[i] = static_cast<float>(sum);
+    drawn_.any_light_pdf[i] = static_cast<float>(sees_compensated() ? sum + 1.0 : sum);
   }
   many.lane_first[drawn_.count] = next;
 }

@@ -54,13 +54,30 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
   }
 }
 
-void Mixture::list_active_lights(const ShadingPoint& point) noexcept {
+void Mixture::compensate_environment() {
+  PN_CHECK(densities_ == Densities::All && !lights_as_one_, "another technique covers the rest");
+  if (scene_->environment_light() == kNoLight) return;
+  const auto id = static_cast<std::size_t>(scene_->environment_light());
+  compensated_ = std::make_unique<CompensatedDensity>(scene_->lights()[id].environment);
+}
+
+// Whether directions without a density of any light may bring light of the environment.
+bool Mixture::sees_compensated() const noexcept {
+  return compensated_light_ >= first_light_ && compensated_light_ < last_light_;
+}
+
+void Mixture::list_active_lights(const ShadingPoint& point,
+                                 std::span<const std::uint32_t> candidates) noexcept {
   const std::span<const Light> lights = scene_->lights();
   LightProposal proposal;
-  for (const std::uint32_t id : scene_->sampled_lights()) {
+  for (const std::uint32_t id : candidates) {
     if (!proposal.set_up(lights[id], light_sampling_, point.position, point.geometric_normal,
                          scene_->keep_all())) {
       continue;
+    }
+    if (compensated_ != nullptr && lights[id].type == LightType::Environment) {
+      proposal.compensate(*compensated_);
+      compensated_light_ = static_cast<int>(active_.size());
     }
     active_.push_back(proposal);
     active_ids_.push_back(id);
@@ -68,10 +85,11 @@ void Mixture::list_active_lights(const ShadingPoint& point) noexcept {
 }
 
 void Mixture::set_up(const ShadingPoint& point, const SurfaceValues* surface,
-                     EstimateRecord* record) noexcept {
+                     EstimateRecord* record, std::span<const std::uint32_t> lights) noexcept {
   active_.clear();
   active_ids_.clear();
-  if (!scene_->is_mirror(point.material)) list_active_lights(point);
+  compensated_light_ = -1;
+  if (!scene_->is_mirror(point.material)) list_active_lights(point, lights);
   if (many_ != nullptr) many_->built = false;
   point_ = point;
   record_ = nullptr;
@@ -147,6 +165,8 @@ void Mixture::fill_light_pdfs() noexcept {
     take_own_pdf(drawn_.component, k, drawn_.own_pdf, count, pdf);
     for (std::size_t i = 0; i < lanes; ++i) sum[i] = (k == 0 ? 0.0f : sum[i]) + pdf[i];
   }
+  if (!sees_compensated()) return;
+  for (std::size_t i = 0; i < lanes; ++i) sum[i] += 1.0f;
 }
 
 void Mixture::fill_pdf_of_all_as_one() noexcept {

@@ -60,13 +60,23 @@ class Mixture {
   Mixture(const Scene& scene, LightSampling light_sampling, bool lights_as_one,
           std::size_t max_samples, Densities densities = Densities::All);
 
+  /// Draws an environment by its compensated density from now on. Sound only with all densities and
+  /// together with samples of the BSDF component, which have to find what that density leaves out.
+  void compensate_environment();
+
   /// Binds the mixture to a point: sets up the lights that can contribute there and drops the cone
   /// and all samples. At the same point components have the same numbers again.
   /// @param surface  values of the point's textures; nullptr: factors of 1
   /// @param record   filled with all that is drawn at this point, after what it holds, unless
   ///                 nullptr
   void set_up(const ShadingPoint& point, const SurfaceValues* surface = nullptr,
-              EstimateRecord* record = nullptr) noexcept;
+              EstimateRecord* record = nullptr) noexcept {
+    set_up(point, surface, record, scene_->sampled_lights());
+  }
+  /// The same with some of the lights that have a density.
+  /// @param lights  scene indices, each at most once; active lights keep their order
+  void set_up(const ShadingPoint& point, const SurfaceValues* surface, EstimateRecord* record,
+              std::span<const std::uint32_t> lights) noexcept;
 
   const ShadingPoint& point() const noexcept { return point_; }
 
@@ -176,7 +186,8 @@ class Mixture {
   void scale_recorded_weights(std::size_t first, std::size_t last, double factor) noexcept;
 
  private:
-  void list_active_lights(const ShadingPoint& point) noexcept;
+  void list_active_lights(const ShadingPoint& point,
+                          std::span<const std::uint32_t> candidates) noexcept;
   std::uint32_t stream(int component) const noexcept;
   std::uint64_t draw_all(SamplerKind sampler, const StreamKey& key, std::span<const int> counts,
                          std::span<const int> first) noexcept;
@@ -189,6 +200,7 @@ class Mixture {
   void draw_directions() noexcept;
   struct Run;
   void draw_any_light(const Run& run) noexcept;
+  bool sees_compensated() const noexcept;
   void draw_cone(const Run& run) noexcept;
   void fill_light_pdfs() noexcept;
   void fill_pdf_of_all_as_one() noexcept;
@@ -232,6 +244,8 @@ class Mixture {
   std::vector<LightProposal> active_;
   std::vector<std::uint32_t> active_ids_;
   int first_light_{0}, last_light_{0};
+  std::unique_ptr<CompensatedDensity> compensated_;  // of the environment, where it is asked for
+  int compensated_light_{-1};                        // active light that is drawn by it
   bool restricted_{false};
   Cone cone_;
 

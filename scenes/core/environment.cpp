@@ -10,6 +10,11 @@ namespace {
 
 constexpr double kTwoPi = 2.0 * M_PI;
 
+// Share of a sky's power below which what is above the mean is taken as rounding.
+constexpr double kLeastExcess = 1e-6;
+
+double luminance_of(const Vec3d& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
+
 // Cosine of the polar angle at a row's upper edge, minus that at its lower edge, as a product: no
 // digits cancel near the poles.
 double cosine_step(std::uint32_t row, std::uint32_t rows) {
@@ -94,8 +99,15 @@ Rgb Environment::radiance(const Vec3& w) const noexcept { return texels_[texel(w
 float Environment::pdf_w(const Vec3& w) const noexcept { return pdfs_[texel(w)]; }
 
 Environment::Sample Environment::sample(const Vec2& u) const noexcept {
-  const PiecewiseConstant2D::Sample s = distribution_.sample(u);
-  const double row_coordinate = static_cast<double>(s.uv.y) * rows_;
+  const Vec3 w = direction(distribution_.sample(u).uv);
+  // Looked up like the radiance, not taken from the texel drawn: at the border of a dim texel to a
+  // bright one their quotient would be a firefly.
+  return {w, pdf_w(w)};
+}
+
+// The direction at coordinates of the grid, in [0, 1)^2.
+Vec3 Environment::direction(const Vec2& uv) const noexcept {
+  const double row_coordinate = static_cast<double>(uv.y) * rows_;
   const std::uint32_t row = std::min(static_cast<std::uint32_t>(row_coordinate), rows_ - 1);
   const double within = row_coordinate - row;
   // Uniform in the cosine within the row, from the nearer pole, where 1 - cos keeps its digits.
@@ -105,19 +117,53 @@ Environment::Sample Environment::sample(const Vec2& u) const noexcept {
   const double edge = 2.0 * std::sin(half) * std::sin(half);
   const double depth = edge + cosine_step(row, rows_) * (upper ? within : 1.0 - within);
   const double sine = std::sqrt(std::max(0.0, depth * (2.0 - depth)));
-  const double phi = kTwoPi * static_cast<double>(s.uv.x) + rotation_;
-  const Vec3 w(static_cast<float>(sine * std::cos(phi)),
-               static_cast<float>(upper ? 1.0 - depth : depth - 1.0),
-               static_cast<float>(sine * std::sin(phi)));
-  // Looked up like the radiance, not taken from the texel drawn: at the border of a dim texel to a
-  // bright one their quotient would be a firefly.
-  return {w, pdf_w(w)};
+  const double phi = kTwoPi * static_cast<double>(uv.x) + rotation_;
+  return {static_cast<float>(sine * std::cos(phi)),
+          static_cast<float>(upper ? 1.0 - depth : depth - 1.0),
+          static_cast<float>(sine * std::sin(phi))};
 }
 
 std::size_t Environment::memory_bytes() const noexcept {
   // Texel, density, cumulative weights of the rows and of the marginal.
   return texels_.size() * (sizeof(Rgb) + sizeof(float) + sizeof(double)) +
          std::size_t{rows_} * 2 * sizeof(double);
+}
+
+CompensatedDensity::CompensatedDensity(const Environment& environment)
+    : environment_(&environment), pdfs_(environment.texels_.size()) {
+  const std::uint32_t columns = environment.columns();
+  const auto solid_angle = [&](std::size_t texel) {
+    return environment.texel_solid_angle(static_cast<std::uint32_t>(texel / columns));
+  };
+  const double power = luminance_of(environment.power());
+  const double mean = power / (4.0 * M_PI);
+  std::vector<double> weights(pdfs_.size());
+  double total = 0.0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const auto radiance = static_cast<double>(luminance(environment.texels_[i]));
+    weights[i] = std::max(0.0, radiance - mean) * solid_angle(i);
+    total += weights[i];
+  }
+  // An even sky is above its mean by rounding only.
+  if (!(total > kLeastExcess * power)) {
+    total = 1.0;
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      weights[i] = static_cast<double>(environment.pdfs_[i]) * solid_angle(i);
+    }
+  }
+  distribution_ = PiecewiseConstant2D(weights, columns, environment.rows());
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    pdfs_[i] = static_cast<float>(weights[i] / total / solid_angle(i));
+  }
+}
+
+Environment::Sample CompensatedDensity::sample(const Vec2& u) const noexcept {
+  const Vec3 w = environment_->direction(distribution_.sample(u).uv);
+  return {w, pdf_w(w)};
+}
+
+float CompensatedDensity::pdf_w(const Vec3& w) const noexcept {
+  return pdfs_[environment_->texel(w)];
 }
 
 }  // namespace penumbra

@@ -58,7 +58,10 @@ class Environment {
   std::size_t memory_bytes() const noexcept;
 
  private:
+  friend class CompensatedDensity;
+
   std::size_t texel(const Vec3& w) const noexcept;
+  Vec3 direction(const Vec2& uv) const noexcept;
   void find_lit_rows() noexcept;
 
   std::uint32_t columns_{0}, rows_{0};
@@ -70,6 +73,27 @@ class Environment {
   bool black_{true};
   // Polar angles between which all texels that emit lie.
   double lit_theta_min_{0.0}, lit_theta_max_{0.0};
+};
+
+/// A density of an environment for use beside another technique that covers the whole hemisphere:
+/// in proportion to the luminance above its mean over the sphere, 0 where it is below. What is dim
+/// and even is left to the other technique, and samples go to what is bright. Where nothing is
+/// above the mean, it is the environment's own density. Source: Karlik et al. 2019, "MIS
+/// compensation: Optimizing sampling techniques in multiple importance sampling".
+class CompensatedDensity {
+ public:
+  /// @param environment  not empty; must outlive the density
+  explicit CompensatedDensity(const Environment& environment);
+
+  /// As Environment::sample.
+  Environment::Sample sample(const Vec2& u) const noexcept;
+  /// Density of `sample` [1/sr].
+  float pdf_w(const Vec3& w) const noexcept;
+
+ private:
+  const Environment* environment_;
+  std::vector<float> pdfs_;  // [texel], per steradian
+  PiecewiseConstant2D distribution_;
 };
 
 }  // namespace penumbra

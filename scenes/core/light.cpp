@@ -14,21 +14,9 @@ namespace {
 // is as good; the choice depends on the point only, so sampling and density agree.
 constexpr double kMinSphericalRectangle = 1e-5;
 
-// Möller-Trumbore for a ray from the origin; returns the distance along the unit direction, or 0
-// for a miss.
-float intersect_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& wi) noexcept {
-  const Vec3 e1 = b - a;
-  const Vec3 e2 = c - a;
-  const Vec3 p = cross(wi, e2);
-  const float det = dot(e1, p);
-  if (det == 0.0f) return 0.0f;
-  const float inv_det = 1.0f / det;
-  const float u = -dot(a, p) * inv_det;
-  if (!(u >= 0.0f && u <= 1.0f)) return 0.0f;
-  const Vec3 q = cross(-a, e1);
-  const float v = dot(wi, q) * inv_det;
-  if (!(v >= 0.0f && u + v <= 1.0f)) return 0.0f;
-  return std::max(dot(e2, q) * inv_det, 0.0f);
+// A density over the solid angle after a warp of the square it is drawn from.
+float warped(float pdf_w, double density) noexcept {
+  return static_cast<float>(static_cast<double>(pdf_w) * density);
 }
 
 // Share of a spot light's intensity that leaves it against wi: the square of the linear share of
@@ -42,30 +30,18 @@ double spot_falloff(const Light& light, const Vec3d& wi) noexcept {
   return clamped * clamped;
 }
 
-// The directions that can meet a sphere, a little wider than the rounding of a direction.
-DirectionCone cone_around(const Vec3d& to_middle, double radius) noexcept {
-  const double distance = to_middle.length();
-  const double sine = radius * (1.0 + 1e-6) / distance;
-  if (!(sine < 1.0)) return {};
-  const double depth = sine * sine / (1.0 + std::sqrt(1.0 - sine * sine));
-  return {Vec3(to_middle / distance),
-          static_cast<float>(depth * (1.0 + 1e-5) + 1e-6 * std::sqrt(depth) + 1e-12)};
-}
-
-// Largest signed distance of a box's corners over the plane through `from`.
-float highest_corner(const Light& light, const Vec3& from, const Vec3& normal) noexcept {
-  float height = 0.0f;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float corner = normal[axis] > 0.0f ? light.bounds_max[axis] : light.bounds_min[axis];
-    height += normal[axis] * (corner - from[axis]);
-  }
-  return height;
-}
-
 }  // namespace
 
 std::string_view to_string(LightSampling sampling) {
-  return sampling == LightSampling::Area ? "area" : "solid_angle";
+  switch (sampling) {
+    case LightSampling::Area:
+      return "area";
+    case LightSampling::SolidAngle:
+      return "solid_angle";
+    case LightSampling::Cosine:
+      break;
+  }
+  return "cosine";
 }
 
 bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec3& from,
@@ -81,7 +57,8 @@ bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec
       const float base = dot(normal, light.origin - from);
       const float rise_u = std::max(dot(normal, light.edge_u), 0.0f);
       const float rise_v = std::max(dot(normal, light.edge_v), 0.0f);
-      return (keep_all || base + rise_u + rise_v > 0.0f) && set_up_rectangle(sampling, keep_all);
+      return (keep_all || base + rise_u + rise_v > 0.0f) &&
+             set_up_rectangle(sampling, normal, keep_all);
     }
     case LightType::Sphere:
       return (keep_all || dot(normal, light.center - from) + light.radius > 0.0f) &&
@@ -90,6 +67,7 @@ bool LightProposal::set_up(const Light& light, LightSampling sampling, const Vec
       return set_up_mesh(normal, keep_all);
     case LightType::Environment:
       mode_ = Mode::Environment;
+      compensated_ = nullptr;
       return keep_all || light.environment.can_light(normal);
     case LightType::Point:
     case LightType::Spot:
@@ -118,7 +96,8 @@ std::optional<DeltaSample> sample_delta(const Light& light, const Vec3& from,
                      Rgb(Vec3(light.intensity / distance2 * falloff))};
 }
 
-bool LightProposal::set_up_rectangle(LightSampling sampling, bool keep_all) noexcept {
+bool LightProposal::set_up_rectangle(LightSampling sampling, const Vec3& normal,
+                                     bool keep_all) noexcept {
   const Light& light = *light_;
   to_origin_ = light.origin - from_;
   // In double: seen nearly edge-on, the terms cancel, and densities are as wrong as the height.
@@ -166,6 +145,7 @@ bool LightProposal::set_up_rectangle(LightSampling sampling, bool keep_all) noex
   k_ = M_PI - s23 - s30;  // 2 pi minus the two inner angles at the edge x = x0
   pdf_constant_ = static_cast<float>(1.0 / solid_angle_);
   mode_ = Mode::RectangleAngle;
+  if (sampling == LightSampling::Cosine) set_up_cosines(normal);
   return true;
 }
 
@@ -191,29 +171,21 @@ bool LightProposal::set_up_sphere(bool keep_all) noexcept {
   return std::isfinite(pdf_constant_);
 }
 
-bool LightProposal::set_up_mesh(const Vec3& normal, bool keep_all) noexcept {
-  const Light& light = *light_;
-  mode_ = Mode::Mesh;
-  if (!keep_all && !(highest_corner(light, from_, normal) > 0.0f)) return false;
-  const Vec3d low(light.bounds_min);
-  const Vec3d high(light.bounds_max);
-  const Vec3d to_middle = (low + high) * 0.5 - Vec3d(from_);
-  const double radius = 0.5 * (high - low).length();
-  if (!keep_all && !light.two_sided &&
-      light.normal_bounds.all_face_away_from(from_, to_middle.length() + radius)) {
-    return false;
-  }
-  const DirectionCone cone = cone_around(to_middle, radius);
-  axis_ = cone.axis;
-  one_minus_cos_ = cone.one_minus_cos;
-  return true;
+DirectionCone cone_around(const Vec3d& to_middle, double radius) noexcept {
+  const double distance = to_middle.length();
+  const double sine = radius * (1.0 + 1e-6) / distance;
+  if (!(sine < 1.0)) return {};
+  const double depth = sine * sine / (1.0 + std::sqrt(1.0 - sine * sine));
+  return {Vec3(to_middle / distance),
+          static_cast<float>(depth * (1.0 + 1e-5) + 1e-6 * std::sqrt(depth) + 1e-12)};
 }
 
 DirectionCone LightProposal::directions() const noexcept {
   const Light& light = *light_;
   switch (mode_) {
     case Mode::RectangleArea:
-    case Mode::RectangleAngle: {
+    case Mode::RectangleAngle:
+    case Mode::RectangleCosine: {
       const Vec3d half = (Vec3d(light.edge_u) + Vec3d(light.edge_v)) * 0.5;
       return cone_around(Vec3d(to_origin_) + half, half.length());
     }
@@ -286,9 +258,13 @@ void LightProposal::sample(const VariateBlock& variates, std::size_t count, std:
 
 void LightProposal::pdf_w(const VectorBlock& wi, std::size_t count,
                           Block<float>& __restrict pdf) const noexcept {
-  if (mode_ == Mode::RectangleArea || mode_ == Mode::RectangleAngle) {
+  if (is_rectangle()) {
     const Rectangle shape = rectangle();
     for (std::size_t i = 0; i < whole_groups(count); ++i) pdf[i] = shape.pdf_w(wi[i]);
+    if (mode_ != Mode::RectangleCosine) return;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (pdf[i] > 0.0f) pdf[i] = warped(pdf[i], cosine_warp(wi[i]));
+    }
     return;
   }
   for (std::size_t i = 0; i < count; ++i) pdf[i] = pdf_w(wi[i]);
@@ -301,14 +277,17 @@ std::optional<LightSample> LightProposal::sample(const Variates& variates) const
     case Mode::RectangleArea:
       return rectangle().sample_area(u.x, u.y);
     case Mode::RectangleAngle:
-      return sample_rectangle_angle(u);
+      return sample_rectangle_angle(static_cast<double>(u.x), static_cast<double>(u.y));
+    case Mode::RectangleCosine:
+      return sample_rectangle_cosine(u);
     case Mode::SphereCone:
       return LightSample{Frame(axis_).to_world(sample_uniform_cone(u, one_minus_cos_)),
                          pdf_constant_};
     case Mode::SphereInside:
       return LightSample{sample_uniform_sphere(u), pdf_constant_};
     case Mode::Environment: {
-      const Environment::Sample s = light.environment.sample(u);
+      const Environment::Sample s =
+          compensated_ != nullptr ? compensated_->sample(u) : light.environment.sample(u);
       if (!(s.pdf_w > 0.0f)) return std::nullopt;
       return LightSample{s.w, s.pdf_w};
     }
@@ -329,8 +308,8 @@ std::optional<LightSample> LightProposal::sample(const Variates& variates) const
   return LightSample{wi, pdf};
 }
 
-LightSample LightProposal::sample_rectangle_angle(const Vec2& u) const noexcept {
-  const double au = static_cast<double>(u.x) * solid_angle_ + k_;
+LightSample LightProposal::sample_rectangle_angle(double u, double v) const noexcept {
+  const double au = u * solid_angle_ + k_;
   const double sin_au = std::sin(au);
   const double fu = (std::cos(au) * b0_ - b1_) / sin_au;
   const double cu = std::clamp(std::copysign(1.0, fu) / std::sqrt(fu * fu + b0_ * b0_), -1.0, 1.0);
@@ -339,7 +318,7 @@ LightSample LightProposal::sample_rectangle_angle(const Vec2& u) const noexcept 
   const double d2 = xu * xu + z0_ * z0_;
   const double h0 = y0_ / std::sqrt(d2 + y0_ * y0_);
   const double h1 = y1_ / std::sqrt(d2 + y1_ * y1_);
-  const double hv = h0 + static_cast<double>(u.y) * (h1 - h0);
+  const double hv = h0 + v * (h1 - h0);
   const double hv2 = hv * hv;
   // hv rounds to -1 or 1 at the edges of a rectangle that is vast against its distance.
   const double yv = hv2 < 1.0 - 1e-12
@@ -354,6 +333,10 @@ float LightProposal::pdf_w(const Vec3& wi) const noexcept {
     case Mode::RectangleArea:
     case Mode::RectangleAngle:
       return rectangle().pdf_w(wi);
+    case Mode::RectangleCosine: {
+      const float pdf = rectangle().pdf_w(wi);
+      return pdf > 0.0f ? warped(pdf, cosine_warp(wi)) : 0.0f;
+    }
     case Mode::SphereCone: {
       // Membership by the chord, which keeps its digits where the cosine of a small cone rounds
       // to 1.
@@ -363,35 +346,11 @@ float LightProposal::pdf_w(const Vec3& wi) const noexcept {
     case Mode::SphereInside:
       return pdf_constant_;
     case Mode::Environment:
-      return light_->environment.pdf_w(wi);
+      return compensated_ != nullptr ? compensated_->pdf_w(wi) : light_->environment.pdf_w(wi);
     case Mode::Mesh:
       break;
   }
   return mesh_pdf_w(wi);
-}
-
-float LightProposal::mesh_pdf_w(const Vec3& wi) const noexcept {
-  const Light& light = *light_;
-  if (!((wi - axis_).length2() <= 2.0f * one_minus_cos_)) return 0.0f;  // no number neither
-  double sum = 0.0;
-  if (light.crossings != nullptr) {
-    light.crossings->visit_crossings(from_, wi, [&](float t, const Vec3& n) {
-      const float slope = std::abs(dot(n, wi));
-      if (slope > 0.0f) sum += static_cast<double>(t * t * n.length() / slope);
-    });
-    return static_cast<float>(sum / light.area);
-  }
-  for (std::size_t i = 0; i + 2 < light.vertices.size(); i += 3) {
-    const Vec3 a = light.vertices[i] - from_;
-    const Vec3 b = light.vertices[i + 1] - from_;
-    const Vec3 c = light.vertices[i + 2] - from_;
-    const float t = intersect_triangle(a, b, c, wi);
-    if (!(t > 0.0f)) continue;
-    const Vec3 n = cross(b - a, c - a);  // length: twice the area
-    const float slope = std::abs(dot(n, wi));
-    if (slope > 0.0f) sum += static_cast<double>(t * t * n.length() / slope);
-  }
-  return static_cast<float>(sum / light.area);
 }
 
 }  // namespace penumbra

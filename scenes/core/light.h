@@ -30,6 +30,7 @@ enum class LightSampling : std::uint8_t {
   Area,        ///< uniform point on the surface
   SolidAngle,  ///< uniform direction in the solid angle where a closed form exists (rectangle,
                ///< sphere)
+  Cosine,      ///< of rectangles: the solid angle, warped by the cosines at the receiver
 };
 
 std::string_view to_string(LightSampling sampling);
@@ -112,6 +113,9 @@ struct DirectionCone {
   float one_minus_cos{3.0f};    ///< of the half angle; above 2: every direction
 };
 
+/// The directions that can meet a sphere, a little wider than the rounding of a direction.
+DirectionCone cone_around(const Vec3d& to_middle, double radius) noexcept;
+
 struct LightSample {
   Vec3 wi{0.0f};      ///< unit, towards the light
   float pdf_w{0.0f};  ///< per steradian, summed over all points of this light along wi
@@ -134,6 +138,11 @@ class LightProposal {
               bool keep_all = false) noexcept;
 
   const Light& light() const noexcept { return *light_; }
+
+  /// Draws an environment by another density from now on; directions outside of it may still bring
+  /// light. After set_up.
+  /// @param density  of this light's environment; must outlive the proposal
+  void compensate(const CompensatedDensity& density) noexcept { compensated_ = &density; }
 
   std::optional<LightSample> sample(const Variates& variates) const noexcept;
 
@@ -170,6 +179,7 @@ class LightProposal {
   enum class Mode : std::uint8_t {
     RectangleArea,
     RectangleAngle,
+    RectangleCosine,
     SphereCone,
     SphereInside,
     Mesh,
@@ -178,10 +188,17 @@ class LightProposal {
 
   bool grazes_rectangle(const Vec3d& wi, double free_distance) const noexcept;
   bool grazes_sphere(const Vec3d& wi, double free_distance) const noexcept;
-  bool set_up_rectangle(LightSampling sampling, bool keep_all) noexcept;
+  bool set_up_rectangle(LightSampling sampling, const Vec3& normal, bool keep_all) noexcept;
+  void set_up_cosines(const Vec3& normal) noexcept;
   bool set_up_sphere(bool keep_all) noexcept;
   bool set_up_mesh(const Vec3& normal, bool keep_all) noexcept;
-  LightSample sample_rectangle_angle(const Vec2& u) const noexcept;
+  bool is_rectangle() const noexcept {
+    return mode_ == Mode::RectangleArea || mode_ == Mode::RectangleAngle ||
+           mode_ == Mode::RectangleCosine;
+  }
+  LightSample sample_rectangle_angle(double u, double v) const noexcept;
+  LightSample sample_rectangle_cosine(const Vec2& u) const noexcept;
+  double cosine_warp(const Vec3& wi) const noexcept;
   float mesh_pdf_w(const Vec3& wi) const noexcept;
 
   const Light* light_{nullptr};
@@ -199,10 +216,15 @@ class LightProposal {
   double x0_{0}, x1_{0}, y0_{0}, y1_{0}, z0_{0};
   double b0_{0}, b1_{0}, k_{0}, solid_angle_{0};
   float pdf_constant_{0};  // 1/solid angle, of the rectangle or the sphere's cone
+  // Rectangle by cosines: bilinear density over the square of the above at its corners (0, 0),
+  // (1, 0), (0, 1), (1, 1); their mean is 1.
+  double corner_[4]{};
 
   // Sphere, and for a mesh the sphere around its box.
   Vec3 axis_{0.0f};  // unit, towards the centre
   float one_minus_cos_{0};
+
+  const CompensatedDensity* compensated_{nullptr};  // of an environment
 };
 
 }  // namespace penumbra

@@ -36,7 +36,7 @@ bool is_within(double x, double length, double margin) noexcept {
 }  // namespace
 
 bool LightProposal::grazes(const Vec3& wi, float free_distance) const noexcept {
-  if (mode_ == Mode::RectangleArea || mode_ == Mode::RectangleAngle) {
+  if (is_rectangle()) {
     return grazes_rectangle(Vec3d(wi), static_cast<double>(free_distance));
   }
   return mode_ == Mode::SphereCone && grazes_sphere(Vec3d(wi), static_cast<double>(free_distance));

@@ -89,6 +89,60 @@ TEST(Environment, DensityIsThePowersShareAndIntegratesToOne) {
   }
 }
 
+TEST(CompensatedDensity, IsTheLuminanceAboveTheMeanAndIntegratesToOne) {
+  for (const Grid& grid : grids()) {
+    const Environment environment = grid.environment();
+    const CompensatedDensity density(environment);
+    const double mean = grid.power() / (4.0 * kPi);
+    const auto above = [&](std::uint32_t r, std::uint32_t c) {
+      return std::max(0.0, double{luminance(grid.at(r, c))} - mean);
+    };
+    double excess = 0.0;
+    for (std::uint32_t r = 0; r < grid.rows; ++r) {
+      for (std::uint32_t c = 0; c < grid.columns; ++c) excess += above(r, c) * grid.solid_angle(r);
+    }
+    const bool is_even = excess < 1e-6 * grid.power();  // of one texel: the luminance itself
+    EXPECT_EQ(is_even, grid.texels.size() == 1) << grid.name;
+    double integral = 0.0;
+    for (std::uint32_t r = 0; r < grid.rows; ++r) {
+      for (std::uint32_t c = 0; c < grid.columns; ++c) {
+        const Vec3 w = direction((r + 0.5) * grid.step_theta(), (c + 0.5) * grid.step_phi());
+        const double expected = is_even ? double{environment.pdf_w(w)} : above(r, c) / excess;
+        EXPECT_NEAR(double{density.pdf_w(w)}, expected, 2e-6 * expected + 1e-9) << grid.name;
+        integral += double{density.pdf_w(w)} * grid.solid_angle(r);
+      }
+    }
+    EXPECT_NEAR(integral, 1.0, 2e-6) << grid.name;
+  }
+}
+
+TEST(CompensatedDensity, SamplesFallWhereItIsPositiveAndWeighTheLightThere) {
+  const Grid grid = random_grid(16, 8);
+  const Environment environment = grid.environment();
+  const CompensatedDensity density(environment);
+  const double mean = grid.power() / (4.0 * kPi);
+  double bright = 0.0;  // power of the texels above the mean
+  for (std::uint32_t r = 0; r < grid.rows; ++r) {
+    for (std::uint32_t c = 0; c < grid.columns; ++c) {
+      const double radiance{luminance(grid.at(r, c))};
+      if (radiance > mean) bright += radiance * grid.solid_angle(r);
+    }
+  }
+  ASSERT_LT(bright, 0.95 * grid.power());
+  test::TestRandom random;
+  test::Moments moments;
+  for (int i = 0; i < 100'000; ++i) {
+    const Environment::Sample sample = density.sample(random.variates().u);
+    ASSERT_EQ(sample.pdf_w, density.pdf_w(sample.w));
+    moments.add(sample.pdf_w > 0.0f
+                    ? double{luminance(environment.radiance(sample.w))} / double{sample.pdf_w}
+                    : 0.0);
+  }
+  EXPECT_LT(moments.z(bright, 1e-6), test::z_bound(kLevel));
+  // The negative control: alone, it misses what is below the mean.
+  EXPECT_GT(moments.z(grid.power(), 1e-6), test::z_bound(kLevel));
+}
+
 // Counts of samples over texels, each cut into 3 x 3 parts of equal solid angle, found by an own
 // lookup in double.
 double chi_square(const Grid& drawn, const Grid& claimed) {

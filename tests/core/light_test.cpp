@@ -23,6 +23,9 @@ const double kLevel = test::sidak(1e-4, 200);
 const Vec3 kOrigin(0.0f);
 const Vec3 kUp(0.0f, 0.0f, 1.0f);
 
+constexpr LightSampling kSamplings[] = {LightSampling::Area, LightSampling::SolidAngle,
+                                        LightSampling::Cosine};
+
 /// A light and a way to sample it, seen from the origin with the normal +z.
 struct View {
   std::string name;
@@ -41,7 +44,7 @@ Light tilted_panel() {  // faces the origin obliquely
 
 std::vector<View> rectangle_views() {
   std::vector<View> views;
-  for (const LightSampling sampling : {LightSampling::Area, LightSampling::SolidAngle}) {
+  for (const LightSampling sampling : kSamplings) {
     const std::string suffix = " by " + std::string(to_string(sampling));
     views.push_back({"near rectangle" + suffix, panel(1.0f, 2.0f, {0.3f, 0.1f, 0.7f}), sampling});
     views.push_back({"far rectangle" + suffix, panel(1.0f, 2.0f, {3.0f, 5.0f, 12.0f}), sampling});
@@ -50,10 +53,11 @@ std::vector<View> rectangle_views() {
                      test::rectangle_light({1, -1, -1}, {0, 0, 3}, {0, 2, 0}, true), sampling});
     views.push_back({"tiny rectangle" + suffix, panel(0.01f, 0.02f, {0.2f, 0.1f, 1.0f}), sampling});
   }
-  views.push_back({"close rectangle by solid_angle", panel(1.0f, 1.0f, {0.0f, 0.0f, 0.01f}),
-                   LightSampling::SolidAngle});
-  views.push_back({"huge rectangle by solid_angle", panel(1e3f, 1e3f, {0.0f, 0.0f, 0.1f}),
-                   LightSampling::SolidAngle});
+  for (const LightSampling sampling : {LightSampling::SolidAngle, LightSampling::Cosine}) {
+    const std::string suffix = " by " + std::string(to_string(sampling));
+    views.push_back({"close rectangle" + suffix, panel(1.0f, 1.0f, {0.0f, 0.0f, 0.01f}), sampling});
+    views.push_back({"huge rectangle" + suffix, panel(1e3f, 1e3f, {0.0f, 0.0f, 0.1f}), sampling});
+  }
   return views;
 }
 
@@ -190,7 +194,7 @@ test::Moments mean_inverse_pdf(const LightProposal& p, int draws) {
 }
 
 TEST(RectangleLight, MeanOfInversePdfIsTheSolidAngleDownTo1eMinus6) {
-  for (const LightSampling sampling : {LightSampling::Area, LightSampling::SolidAngle}) {
+  for (const LightSampling sampling : kSamplings) {
     for (int k = 0; k <= 6; ++k) {
       const auto side = static_cast<float>(std::pow(10.0, -k));
       const View view{"side 1e-" + std::to_string(k), panel(side, side, {0.3f, 0.2f, 1.0f}),
@@ -333,7 +337,7 @@ bool lights_the_origin(const Light& light, LightSampling sampling) {
 }
 
 TEST(LightProposal, LightsThatCanNotContributeAreLeftOut) {
-  for (const LightSampling sampling : {LightSampling::Area, LightSampling::SolidAngle}) {
+  for (const LightSampling sampling : kSamplings) {
     const Light facing = panel(1, 1, {0, 0, 1});
     Light flipped = test::rectangle_light(facing.origin, facing.edge_v, facing.edge_u);
     EXPECT_TRUE(lights_the_origin(facing, sampling));
@@ -366,7 +370,7 @@ TEST(LightProposal, LightsThatCanNotContributeAreLeftOut) {
 
 TEST(LightProposal, NearlyEdgeOnAndTouchingLightsStayFinite) {
   test::TestRandom random;
-  for (const LightSampling sampling : {LightSampling::Area, LightSampling::SolidAngle}) {
+  for (const LightSampling sampling : kSamplings) {
     for (int k = 1; k <= 12; ++k) {
       const auto gap = static_cast<float>(std::pow(10.0, -k));
       const Light edge_on = test::rectangle_light({gap, -1, 0}, {0, 0, 2}, {0, 2, 0}, true);

@@ -69,13 +69,14 @@ PlacedPoint probe(const SceneDescription& description, const Vec3d& position, co
   return result;
 }
 
-// Runs each estimator with both light samplings where it has that parameter.
+// Runs each estimator with every light sampling where it has that parameter.
 void expect_radiance(const PlacedPoint& point, double exact, std::string_view label) {
   for (const EstimatorEntry* entry : all_estimators()) {
     std::vector<ParamSet::Map> variants = {{}};
     for (const ParamSpec& spec : entry->params()) {
       if (spec.name == "light_sampling") {
-        variants = {{{spec.name, std::string("area")}}, {{spec.name, std::string("solid_angle")}}};
+        variants.clear();
+        for (const std::string& choice : spec.choices) variants.push_back({{spec.name, choice}});
       }
     }
     for (const ParamSet::Map& variant : variants) {

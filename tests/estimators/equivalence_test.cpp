@@ -31,7 +31,7 @@ std::vector<Case> cases() {
   std::vector<Case> result;
   for (const SamplerKind sampler :
        {SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol}) {
-    for (const std::string light_sampling : {"area", "solid_angle"}) {
+    for (const std::string light_sampling : {"area", "solid_angle", "cosine"}) {
       for (const int srl : {2, 3, 7, 16}) result.push_back({sampler, light_sampling, srl});
     }
   }
