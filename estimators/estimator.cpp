@@ -5,6 +5,7 @@ namespace penumbra {
 EstimateCounters& EstimateCounters::operator+=(const EstimateCounters& other) {
   estimates += other.estimates;
   samples += other.samples;
+  candidates += other.candidates;
   rays += other.rays;
   lit += other.lit;
   iterations += other.iterations;

@@ -27,4 +27,12 @@ EstimateRecord* EstimateRecorder::begin(int pixel, int estimate) {
   return &record;
 }
 
+EstimateRecord* EstimateRecorder::find(int pixel, int estimate) {
+  if (pixel != pixel_in_tile) return nullptr;
+  for (EstimateRecord& record : estimates) {
+    if (record.estimate == estimate) return &record;
+  }
+  return nullptr;
+}
+
 }  // namespace penumbra
