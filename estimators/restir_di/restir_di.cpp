@@ -34,37 +34,22 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <memory>
+#include <optional>
 
 #include "estimators/mixture/estimates.h"
 #include "estimators/mixture/exact_light.h"
-#include "estimators/restir_di/light_points.h"
-#include "scenes/core/error.h"
+#include "estimators/restir_di/reservoirs.h"
 
 namespace penumbra::restir_di {
 namespace {
 
 constexpr int kBlockSide = 16;  // [pixels]
 constexpr std::size_t kBlockPixels = std::size_t{kBlockSide} * kBlockSide;
-constexpr int kMostCandidates = 64;
-constexpr int kMostNeighbours = 8;
-
-// Iterations that a repetition's random numbers are keyed by, before the component goes up by one.
-constexpr std::uint32_t kIterations = 4000;
-
-struct Reservoir {
-  LightPoint at;
-  double target{0.0};  // t_i(y_i)
-  double weight{0.0};  // W_i; 0: empty
-};
-
-// Index of the first entry whose cumulative weight is above u x the last.
-std::size_t choose(std::span<const double> cumulative, float u) noexcept {
-  const double aim = static_cast<double>(u) * cumulative.back();
-  std::size_t i = 0;
-  while (i + 1 < cumulative.size() && !(cumulative[i] > aim)) ++i;
-  return i;
+ResamplingSettings settings_of(const ParamSet& params) {
+  return {static_cast<std::uint32_t>(params.integer("candidates")),
+          static_cast<std::uint32_t>(params.integer("neighbours")),
+          params.text("reuse_weights") == "one_over_m"};
 }
 
 class RestirDi final : public Estimator {
@@ -72,11 +57,9 @@ class RestirDi final : public Estimator {
   RestirDi(const Scene& scene, const ParamSet& params, const Budget& budget)
       : scene_(&scene),
         budget_(budget),
-        candidates_(static_cast<std::uint32_t>(params.integer("candidates"))),
-        neighbours_(static_cast<std::uint32_t>(params.integer("neighbours"))),
+        settings_(settings_of(params)),
         radius_(static_cast<int>(params.integer("radius"))),
-        one_over_m_(params.text("reuse_weights") == "one_over_m"),
-        lights_(scene),
+        reservoirs_(scene, budget.sampler, settings_),
         exact_(scene),
         pixels_(kBlockPixels, Pixel(scene)),
         rays_(kBlockPixels),
@@ -104,24 +87,10 @@ class RestirDi final : public Estimator {
     int x0{0}, y0{0}, width{0}, height{0};
   };
 
-  // A pixel of the block with the estimate at hand.
-  struct Pixel {
-    explicit Pixel(const Scene& scene) : receiver(scene) {}
-
-    Receiver receiver;
-    std::uint32_t repetitions{0};  // 0: nothing to draw
-    StreamKey key;
-    Reservoir own;
-    RgbSum sum{0.0};
-    EstimateRecord* record{nullptr};
-  };
-
   // A ray of a pixel.
   struct Shaded {
     Pixel* pixel;
-    LightPoint at;
-    Connection connection;
-    double weight;  // [per measure of the light point]
+    Choice choice;
   };
 
   void one_estimate_each(const Tile& tile, std::uint64_t seed, int s, TileOutput& out) noexcept {
@@ -191,7 +160,9 @@ class RestirDi final : public Estimator {
     enter_stage(clock_, EstimateStage::Sample);
     for (int i = 0; i < count; ++i) {
       Pixel& pixel = pixels_[static_cast<std::size_t>(i)];
-      if (r < pixel.repetitions) choose_candidate(pixel, r);
+      if (r >= pixel.repetitions) continue;
+      reservoirs_.fill(pixel, r);
+      counters_.candidates += settings_.candidates;
     }
     enter_stage(clock_, EstimateStage::Adapt);
     rays_.clear();
@@ -199,52 +170,6 @@ class RestirDi final : public Estimator {
       if (r < pixels_[static_cast<std::size_t>(i)].repetitions) merge(i, r);
     }
     trace();
-  }
-
-  // Streams: behind the lights' and the mixture's, places on lights, choices of lights, and what a
-  // repetition decides.
-  StreamKey stream(const Pixel& pixel, std::uint32_t purpose,
-                   std::uint32_t iteration) const noexcept {
-    StreamKey key = pixel.key;
-    key.component = static_cast<std::uint32_t>(scene_->lights().size()) + purpose;
-    key.iteration = iteration;
-    return key;
-  }
-  PointSet decisions(const Pixel& pixel, std::uint32_t r) const noexcept {
-    return PointSet(SamplerKind::Independent,
-                    stream(pixel, 2 + r / kIterations, 1 + r % kIterations), 1 + neighbours_);
-  }
-
-  // The pixel's own reservoir of a repetition. All candidates of an estimate are one point set.
-  void choose_candidate(Pixel& pixel, std::uint32_t r) noexcept {
-    const std::uint32_t total = pixel.repetitions * candidates_;
-    const PointSet places(budget_.sampler, stream(pixel, 0, 0), total);
-    const PointSet choices(budget_.sampler, stream(pixel, 1, 0), total);
-    VariateBlock place, choice;
-    places.fill(r * candidates_, candidates_, true, place);
-    choices.fill(r * candidates_, candidates_, false, choice);
-    counters_.candidates += candidates_;
-    pixel.own.weight = 0.0;
-    double sum = 0.0;
-    for (std::uint32_t j = 0; j < candidates_; ++j) {
-      Reservoir& candidate = candidate_[j];
-      candidate.at = lights_.sample(choice.x[j], place[j]);
-      candidate.target = 0.0;
-      if (candidate.at.pdf > 0.0) {
-        candidate.target = connect(pixel, candidate.at).target;
-        sum += candidate.target / candidate.at.pdf;
-      }
-      cumulative_[j] = sum;
-    }
-    if (!(sum > 0.0)) return;
-    const std::size_t chosen =
-        choose(std::span(cumulative_).first(candidates_), decisions(pixel, r)(0).choice);
-    pixel.own = candidate_[chosen];
-    pixel.own.weight = sum / (candidates_ * pixel.own.target);
-  }
-
-  Connection connect(const Pixel& pixel, const LightPoint& at) const noexcept {
-    return pixel.receiver.connect(scene_->lights()[at.light], at);
   }
 
   // The pixels that offer their reservoirs to pixel i, itself first: by the pixels' places and
@@ -257,8 +182,8 @@ class RestirDi final : public Estimator {
     const int y = i / block_.width;
     const int x0 = std::max(0, x - radius_), x1 = std::min(block_.width - 1, x + radius_);
     const int y0 = std::max(0, y - radius_), y1 = std::min(block_.height - 1, y + radius_);
-    const PointSet places = decisions(pixel, r);
-    for (std::uint32_t k = 1; k <= neighbours_; ++k) {
+    const PointSet places = reservoirs_.decisions(pixel, r);
+    for (std::uint32_t k = 1; k <= settings_.neighbours; ++k) {
       const Vec2 u = places(k).u;
       const int nx = x0 + static_cast<int>(static_cast<double>(u.x) * (x1 - x0 + 1));
       const int ny = y0 + static_cast<int>(static_cast<double>(u.y) * (y1 - y0 + 1));
@@ -271,42 +196,14 @@ class RestirDi final : public Estimator {
     return std::span(member_).first(count);
   }
 
-  // Chooses among the reservoirs of the neighbourhood and makes the ray.
+  // Makes the ray of pixel i.
   void merge(int i, std::uint32_t r) noexcept {
     ++counters_.samples;
-    const std::span<Pixel* const> all = members(i, r);
-    Pixel& pixel = *all[0];
-    double sum = 0.0;
-    for (std::size_t s = 0; s < all.size(); ++s) {
-      const Reservoir& offer = all[s]->own;
-      Connection& here = connection_[s];
-      double weight = 0.0;
-      if (offer.weight > 0.0) {
-        here = connect(pixel, offer.at);
-        if (here.target > 0.0) {
-          weight = share(all, s, here.target) * here.target * offer.weight;
-        }
-      }
-      sum += weight;
-      cumulative_[s] = sum;
-    }
-    if (!(sum > 0.0)) return;
-    const std::size_t chosen =
-        choose(std::span(cumulative_).first(all.size()), decisions(pixel, r)(0).u.x);
-    const Connection& connection = connection_[chosen];
-    shaded_[rays_.size()] = {&pixel, all[chosen]->own.at, connection, sum / connection.target};
-    rays_.add(pixel.receiver.point().position, connection.wi);
-  }
-
-  // m_s at the light point of member s.
-  double share(std::span<Pixel* const> all, std::size_t s, double target_here) const noexcept {
-    if (one_over_m_) return 1.0 / static_cast<double>(all.size());
-    const Reservoir& offer = all[s]->own;
-    double total = 0.0;
-    for (std::size_t q = 0; q < all.size(); ++q) {
-      total += q == s ? offer.target : q == 0 ? target_here : connect(*all[q], offer.at).target;
-    }
-    return offer.target / total;
+    Pixel& pixel = pixels_[static_cast<std::size_t>(i)];
+    const std::optional<Choice> choice = reservoirs_.choose(members(i, r), r);
+    if (!choice) return;
+    shaded_[rays_.size()] = {&pixel, *choice};
+    rays_.add(pixel.receiver.point().position, choice->connection.wi);
   }
 
   void trace() noexcept {
@@ -316,15 +213,15 @@ class RestirDi final : public Estimator {
     counters_.rays += rays_.size();
     counters_.untraced += rays_.untraced();
     for (std::size_t i = 0; i < rays_.size(); ++i) {
-      const Shaded& shaded = shaded_[i];
-      Pixel& pixel = *shaded.pixel;
-      const bool lit = pixel.receiver.sees(*scene_, shaded.at, shaded.connection, rays_.hits[i]);
-      const double weight = shaded.weight * shaded.connection.geometry;
+      const Choice& choice = shaded_[i].choice;
+      Pixel& pixel = *shaded_[i].pixel;
+      const bool lit = pixel.receiver.sees(*scene_, choice.at, choice.connection, rays_.hits[i]);
+      const double weight = choice.weight * choice.connection.geometry;
       if (lit) {
         ++counters_.lit;
-        pixel.sum += widen(shaded.connection.f) * weight;
+        pixel.sum += widen(choice.connection.f) * weight;
       }
-      if (pixel.record != nullptr) record_sample(pixel, shaded, weight, lit);
+      if (pixel.record != nullptr) record_sample(pixel, choice, weight, lit);
     }
   }
 
@@ -335,29 +232,28 @@ class RestirDi final : public Estimator {
     record.iterations.emplace_back().counts.assign(record.components.size(), 0);
   }
 
-  void record_sample(const Pixel& pixel, const Shaded& shaded, double weight, bool lit) const {
+  void record_sample(const Pixel& pixel, const Choice& choice, double weight, bool lit) const {
     const std::span<const std::uint32_t> ids = scene_->sampled_lights();
     const auto component =
-        static_cast<std::size_t>(std::find(ids.begin(), ids.end(), shaded.at.light) - ids.begin());
+        static_cast<std::size_t>(std::find(ids.begin(), ids.end(), choice.at.light) - ids.begin());
     IterationRecord& iteration = pixel.record->iterations.back();
     ++iteration.counts[component];
     ++iteration.rays;
     iteration.hits += lit ? 1 : 0;
     SampleRecord& sample = pixel.record->samples.emplace_back();
     sample.component = static_cast<int>(component);
-    sample.wi = shaded.connection.wi;
-    sample.own_pdf = static_cast<float>(shaded.at.pdf / shaded.connection.geometry);
-    sample.f = lit ? shaded.connection.f : Rgb(0.0f);
+    sample.wi = choice.connection.wi;
+    sample.own_pdf = static_cast<float>(choice.at.pdf / choice.connection.geometry);
+    sample.f = lit ? choice.connection.f : Rgb(0.0f);
     sample.weight = weight / pixel.repetitions;
     sample.fate = lit ? SampleFate::Lit : SampleFate::Dark;
   }
 
   const Scene* scene_;
   Budget budget_;
-  std::uint32_t candidates_, neighbours_;
+  ResamplingSettings settings_;
   int radius_;
-  bool one_over_m_;
-  LightPoints lights_;
+  Reservoirs reservoirs_;
   ExactLight exact_;
   EstimateCounters counters_;
   StageClock* clock_{nullptr};
@@ -367,11 +263,7 @@ class RestirDi final : public Estimator {
   RayBatch rays_;
   std::vector<Shaded> shaded_;  // [ray]
 
-  // Scratch of a pixel.
-  std::array<Reservoir, kMostCandidates> candidate_;
-  std::array<double, kMostCandidates> cumulative_{};
   std::array<Pixel*, kMostNeighbours + 1> member_{};
-  std::array<Connection, kMostNeighbours + 1> connection_;
 };
 
 std::span<const ParamSpec> params() {
