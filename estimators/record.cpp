@@ -12,6 +12,8 @@ std::string_view to_string(SampleFate fate) {
       return "misses lights";
     case SampleFate::BlackBsdf:
       return "black f";
+    case SampleFate::NotChosen:
+      return "not chosen";
     case SampleFate::Dark:
       return "dark";
     case SampleFate::Lit:

@@ -16,6 +16,7 @@ enum class SampleFate : std::uint8_t {
   BelowHorizon,  ///< of the geometric or the shading normal
   MissesLights,  ///< meets no light's surface, whatever else is in the scene
   BlackBsdf,     ///< f = 0 although above the horizon
+  NotChosen,     ///< a candidate that was not traced
   Dark,          ///< traced, and another surface or a light's dark side was met
   Lit,           ///< traced, and light arrives
 };

@@ -107,9 +107,9 @@ double emitted_power(const Scene& scene, const Light& light) noexcept {
   return M_PI * light.area * luminance(widen(light.radiance)) * (light.two_sided ? 2.0 : 1.0);
 }
 
-ParamSpec light_sampling_param() {
+ParamSpec light_sampling_param(LightSampling by_default) {
   return {.name = "light_sampling",
-          .default_value = std::string("area"),
+          .default_value = std::string(to_string(by_default)),
           .doc = "density of the light samples: uniform over the area or over the solid angle",
           .choices = {"area", "solid_angle"}};
 }

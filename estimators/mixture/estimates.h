@@ -101,7 +101,7 @@ void estimate_tile(Mixture& mixture, const Tile& tile, std::uint64_t seed, TileO
 double emitted_power(const Scene& scene, const Light& light) noexcept;
 
 /// The parameter `light_sampling` and its value: how directions towards a light are drawn.
-ParamSpec light_sampling_param();
+ParamSpec light_sampling_param(LightSampling by_default = LightSampling::Area);
 LightSampling light_sampling_of(const ParamSet& params);
 
 }  // namespace penumbra

@@ -33,6 +33,7 @@ Mixture::Mixture(const Scene& scene, LightSampling light_sampling, bool lights_a
       component_(max_samples),
       light_(max_samples),
       own_pdf_(max_samples),
+      unshadowed_(max_samples + kLaneGroup),
       stride_(max_samples + kLaneGroup),
       pdfs_(densities == Densities::All && scene.sampled_lights().size() < kManyLights
                 ? stride_ * max_components_
@@ -78,6 +79,7 @@ void Mixture::set_up(const ShadingPoint& point, const SurfaceValues* surface,
   restrict_to_light(-1);
   frame_ = Frame(point.shading_normal);
   bsdf_ = BoundBsdf(scene_->bsdf_at(point.material, surface), frame_.to_local(point.wo));
+  if (glossy_lobes_only_) bsdf_.leave_out_diffuse_samples();
   cone_ = Cone{};
   clear_samples();
   if (record != nullptr) begin_record(record);
@@ -96,20 +98,32 @@ void Mixture::restrict_to_light(int i) noexcept {
 
 void Mixture::draw(SamplerKind sampler, const StreamKey& key,
                    std::span<const int> counts) noexcept {
-  enter(EstimateStage::Sample);
   const std::size_t first = size_;
-  rays_.clear();
   drawn_.independent = sampler == SamplerKind::Independent;
-  drawn_.key = key;
-  if (record_ != nullptr) record_draw(counts);
-  for (int k = 0, last = components(); k < last; ++k) {
-    const int count = counts[static_cast<std::size_t>(k)];
-    if (count > 0) draw_points(sampler, k, static_cast<std::uint32_t>(count));
-  }
-  keep_block();
+  drawn_.along_curve = drawn_.candidates = false;
+  rays_.clear();
+  counters_.samples += draw_all(sampler, key, counts);
   const bool selects = restricted_ || densities_ == Densities::Own;
   (this->*(selects ? trace_selected_ : trace_all_))(first);
   enter(EstimateStage::Weigh);
+}
+
+// Draws and keeps directions of all components.
+// @return their number
+std::uint64_t Mixture::draw_all(SamplerKind sampler, const StreamKey& key,
+                                std::span<const int> counts) noexcept {
+  enter(EstimateStage::Sample);
+  drawn_.key = key;
+  if (record_ != nullptr) record_draw(counts);
+  std::uint64_t total = 0;
+  for (int k = 0, last = components(); k < last; ++k) {
+    const int count = counts[static_cast<std::size_t>(k)];
+    if (count <= 0) continue;
+    draw_points(sampler, k, static_cast<std::uint32_t>(count));
+    total += static_cast<std::uint64_t>(count);
+  }
+  keep_block();
+  return total;
 }
 
 // Densities of the light components as far as they are wanted, and in any_light_pdf a number that
@@ -189,7 +203,9 @@ std::size_t Mixture::evaluate_lanes() noexcept {
 // Turns the directions at hand into samples and rays.
 void Mixture::keep_block() noexcept {
   if (drawn_.independent) {
-    fill_independent(drawn_.key, drawn_.points, drawn_.count, drawn_.variates);
+    Block<float>* position = drawn_.along_curve ? &drawn_.position : nullptr;
+    fill_independent(drawn_.key, drawn_.points, drawn_.count, drawn_.variates, position);
+    if (drawn_.along_curve) place_runs_along_curves();
   }
   draw_directions();
   fill_light_pdfs();
@@ -202,13 +218,14 @@ void Mixture::keep_block() noexcept {
     component_[size_ + i] = drawn_.component[lane];
     const Vec3 wi = drawn_.wi[lane];
     wi_.set(size_ + i, wi);
-    rays_.add(point_.position, wi);
+    if (!drawn_.candidates) rays_.add(point_.position, wi);
     f_[size_ + i] = Rgb(drawn_.f_cos[lane]);
   }
   if (lights_as_one_) pack(drawn_.light, survivors, &light_[size_]);
   if (record_ != nullptr) pack(record_lane_, survivors, &record_index_[size_]);
   if (densities_ == Densities::All) keep_pdfs(survivors);
   if (keeps_dropped_) keep_dropped_pdfs(survivors);
+  if (drawn_.candidates) keep_unshadowed(survivors);
   size_ += survivors;
   drawn_.count = 0;
   drawn_.runs = 0;

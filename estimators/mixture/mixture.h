@@ -69,6 +69,12 @@ class Mixture {
 
   const ShadingPoint& point() const noexcept { return point_; }
 
+  /// From the next point on, the BSDF component draws from glossy lobes alone: lights that are all
+  /// sampled leave nothing to the diffuse lobe.
+  void leave_out_diffuse_samples() noexcept { glossy_lobes_only_ = true; }
+  /// Whether the BSDF component has a glossy lobe to draw from at the point.
+  bool has_glossy_lobe() const noexcept { return bsdf_.glossy_probability() > 0.0f; }
+
   /// The part of the radiance at the point that needs no sampling [W/(m^2 sr)] (ExactLight).
   Rgb exact_radiance() noexcept;
 
@@ -97,6 +103,20 @@ class Mixture {
   /// @param key     seed, pixel, estimate and iteration; the component is filled in
   /// @param counts  [component]
   void draw(SamplerKind sampler, const StreamKey& key, std::span<const int> counts) noexcept;
+
+  /// Draws candidates as `draw` draws samples, but traces none. Their f lacks the arriving
+  /// radiance. With any sampler but the independent one a component's candidates lie along a curve
+  /// (curve_points.h), in their order.
+  void propose(SamplerKind sampler, const StreamKey& key, std::span<const int> counts) noexcept;
+  /// Luminance of candidate i's integrand if nothing hid the lights that lie along it (of all of
+  /// them together). Positive wherever f can be: a target to choose by.
+  float unshadowed(std::size_t i) const noexcept { return unshadowed_[i]; }
+  std::span<const float> unshadowed() const noexcept { return unshadowed_; }
+  /// Leaves the chosen candidates only, in their order, as samples, and traces them. Of what
+  /// samples have, the densities of other components than their own are gone.
+  /// @param chosen  ascending, each once
+  /// @param count   samples that they stand for, for the counters
+  void trace_chosen(std::span<const std::uint32_t> chosen, std::uint64_t count) noexcept;
 
   void clear_samples() noexcept {
     size_ = 0;
@@ -172,7 +192,11 @@ class Mixture {
  private:
   void list_active_lights(const ShadingPoint& point) noexcept;
   std::uint32_t stream(int component) const noexcept;
+  std::uint64_t draw_all(SamplerKind sampler, const StreamKey& key,
+                         std::span<const int> counts) noexcept;
   void draw_points(SamplerKind sampler, int component, std::uint32_t count) noexcept;
+  void place_runs_along_curves() noexcept;
+  void keep_unshadowed(std::size_t survivors) noexcept;
   template <typename Fill>
   void add_runs(int component, std::uint32_t count, Fill fill) noexcept;
   void draw_directions() noexcept;
@@ -203,6 +227,7 @@ class Mixture {
   void record_draw(std::span<const int> counts) noexcept;
   void record_block() noexcept;
   void record_traced(std::size_t i, bool lit) noexcept;
+  void record_not_chosen(std::span<const std::uint32_t> chosen) noexcept;
   std::size_t recorded_component(int component) const noexcept;
   const LightProposal& proposal(int component) const noexcept {
     return active_[static_cast<std::size_t>(first_light_ + component)];
@@ -211,6 +236,7 @@ class Mixture {
   const Scene* scene_;
   LightSampling light_sampling_;
   bool lights_as_one_;
+  bool glossy_lobes_only_{false};
   Densities densities_;
   std::size_t max_components_;
 
@@ -228,6 +254,7 @@ class Mixture {
   struct Run {
     int component{0};
     std::uint32_t first{0}, count{0};
+    std::uint32_t set_size{0};  // of the points that the run is a part of
   };
 
   // The directions at hand, lane by lane: drawn, then thinned out to those that can contribute.
@@ -238,7 +265,10 @@ class Mixture {
     bool lights_only{true};       // no direction of another component
     StreamKey key;                // of the iteration
     bool independent{false};      // points are made for all lanes at once, by key and `points`
+    bool along_curve{false};      // and then moved to their places on a curve
+    bool candidates{false};       // not traced at once
     PointLanes points;
+    Block<float> position{};  // along the curve, within a point's piece
     VariateBlock variates;
     VectorBlock wi, wi_local;
     Block<float> own_pdf{}, any_light_pdf{};
@@ -258,6 +288,7 @@ class Mixture {
   std::vector<int> component_;
   std::vector<int> light_;  // active light that a light's sample was drawn for
   std::vector<float> own_pdf_;
+  std::vector<float> unshadowed_;     // of candidates
   std::size_t stride_;                // of pdfs_
   std::vector<float> pdfs_;           // [component][sample]; empty with many lights
   std::unique_ptr<ManyLights> many_;  // instead, with many lights

@@ -50,9 +50,8 @@ std::uint32_t Mixture::stream(int component) const noexcept {
 }
 
 void Mixture::draw_points(SamplerKind sampler, int component, std::uint32_t count) noexcept {
-  counters_.samples += count;
   const std::uint32_t stream_of_set = stream(component);
-  if (sampler == SamplerKind::Independent) {
+  if (drawn_.independent) {
     return add_runs(component, count, [&](std::uint32_t first, std::uint32_t n, std::size_t at) {
       drawn_.points.add(at, n, stream_of_set, first);
     });
@@ -80,7 +79,7 @@ void Mixture::add_runs(int component, std::uint32_t count, Fill fill) noexcept {
     // The lanes behind the last are those of the next run.
     for (std::size_t i = at; i < at + whole_groups(n); ++i) drawn_.component[i] = component;
     drawn_.lights_only = drawn_.lights_only && component < light_components();
-    drawn_.run[drawn_.runs++] = {component, static_cast<std::uint32_t>(at), n};
+    drawn_.run[drawn_.runs++] = {component, static_cast<std::uint32_t>(at), n, count};
     drawn_.count += n;
     done += n;
   }

@@ -80,6 +80,17 @@ void Mixture::record_traced(std::size_t i, bool lit) noexcept {
   iteration.hits += lit && !is_black(f_[i]) ? 1 : 0;
 }
 
+void Mixture::record_not_chosen(std::span<const std::uint32_t> chosen) noexcept {
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (next < chosen.size() && chosen[next] == i) {
+      ++next;
+    } else {
+      record_->samples[record_index_[i]].fate = SampleFate::NotChosen;
+    }
+  }
+}
+
 void Mixture::scale_recorded_weights(std::size_t first, std::size_t last, double factor) noexcept {
   if (record_ == nullptr) return;
   for (std::size_t i = first; i < last; ++i) record_->samples[record_index_[i]].weight *= factor;

@@ -306,6 +306,9 @@ GateSuite judge_suite(const std::vector<Case>& cases, const JudgeOptions& option
   const bool seems_slow = suite.efficiency_cpu && suite.efficiency_cpu->log_ratio < least &&
                           suite.efficiency_cpu->p_loss < kSuspicious;
   const bool takes_longer = seems_slow && certain(*suite.efficiency_cpu);
+  // Rays say nothing of the work between them: where instructions are not counted, only time can.
+  const bool may_be_slow = suite.efficiency_cpu && suite.currency != GateCurrency::Instructions &&
+                           !(suite.efficiency_cpu->lower > std::log1p(-limits.pass));
   if (loses || slower || takes_longer) {
     suite.verdict = GateVerdict::Fail;
     GateCell together;  // of the geometric means
@@ -321,6 +324,10 @@ GateSuite judge_suite(const std::vector<Case>& cases, const JudgeOptions& option
     together.instructions_ratio = std::exp(cost.mean());
     suite.reason = loses ? reason_of_loss(together) : GateReason::Slower;
     suite.lost_time_only = !loses && !slower;
+  } else if (may_be_slow) {
+    suite.sentence += fmt::format(
+        "; without counted instructions only CPU time can exclude a loss of {:g} %, and does not",
+        100 * limits.pass);
   } else if (!seems_slow && work.lower > std::log1p(-limits.pass)) {
     suite.verdict = GateVerdict::Pass;
     suite.reason =

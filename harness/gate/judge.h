@@ -35,7 +35,9 @@ struct Judgement {
 /// Cells whose images are the same fail by their work, others by their efficiency 1/(cost error).
 /// First all cells together; then single ones, by Holm over cells and currencies. A loss fails when
 /// it is certain to exceed the noise threshold and is measured beyond the one of failing; a pass
-/// has to exclude the passing one's loss. What is neither is inconclusive. CPU time can only fail.
+/// has to exclude the passing one's loss. What is neither is inconclusive. The CPU time of a cell
+/// can only fail it; that of all cells has to exclude the passing loss too where instructions are
+/// not counted.
 ///
 /// The interval of a cell is that of statistics.h: jackknife over blocks, in which both sides have
 /// the same seed, so that errors that go together cancel.

@@ -101,6 +101,14 @@ class BoundBsdf {
     return glossy_probability() > 0.0f && glossy_probability() < 1.0f;
   }
 
+  /// From now on `sample` draws from the glossy or Phong lobe alone, where there is one. Its
+  /// density then is not positive wherever f is: for mixtures whose other components cover the
+  /// rest.
+  void leave_out_diffuse_samples() noexcept {
+    glossy_probability_ = glossy_probability_ > 0.0f ? 1.0f : 0.0f;
+    bsdf_.glossy_probability_ = glossy_probability_;
+  }
+
   /// The direction that a mirror reflects to wo, local.
   Vec3 mirrored() const noexcept { return {-wo_.x, -wo_.y, wo_.z}; }
 

@@ -56,7 +56,7 @@ void store_units(Wide even, Wide odd, float* lanes) noexcept {
 }  // namespace
 
 void fill_independent(const StreamKey& key, const PointLanes& lanes, std::size_t count,
-                      VariateBlock& out) noexcept {
+                      VariateBlock& out, Block<float>* fourth) noexcept {
   constexpr std::uint32_t kIterationShift = 20;
   PN_ASSERT(count <= kBlock && key.iteration < (1u << 12));
   const Wide iteration = Wide{} + (std::uint64_t{key.iteration} << kIterationShift);
@@ -78,13 +78,14 @@ void fill_independent(const StreamKey& key, const PointLanes& lanes, std::size_t
     store_units(even.x, odd.x, &out.x[i]);
     store_units(even.y, odd.y, &out.y[i]);
     store_units(even.z, odd.z, &out.choice[i]);
+    if (fourth != nullptr) store_units(even.w, odd.w, &(*fourth)[i]);
   }
 }
 
 #else
 
 void fill_independent(const StreamKey& key, const PointLanes& lanes, std::size_t count,
-                      VariateBlock& out) noexcept {
+                      VariateBlock& out, Block<float>* fourth) noexcept {
   StreamKey of_lane = key;
   for (std::size_t i = 0; i < count; ++i) {
     of_lane.component = lanes.component[i];
@@ -93,6 +94,8 @@ void fill_independent(const StreamKey& key, const PointLanes& lanes, std::size_t
     out.x[i] = v.u.x;
     out.y[i] = v.u.y;
     out.choice[i] = v.choice;
+    if (fourth == nullptr) continue;
+    (*fourth)[i] = static_cast<float>(random_bits(of_lane, lanes.index[i]) >> 8) * 0x1p-24f;
   }
 }
 

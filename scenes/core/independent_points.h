@@ -27,8 +27,10 @@ struct PointLanes {
 /// as from a PointSet each: populations of a few points leave most lanes idle when every set is
 /// filled by itself.
 /// @param key    of the sets; the component is that of each lane
-/// @param count  lanes to fill; `out` gets whole groups
+/// @param count   lanes to fill; `out` gets whole groups
+/// @param fourth  nullptr, or where a fourth uniform variate of each point goes, which sets do not
+///                have
 void fill_independent(const StreamKey& key, const PointLanes& lanes, std::size_t count,
-                      VariateBlock& out) noexcept;
+                      VariateBlock& out, Block<float>* fourth = nullptr) noexcept;
 
 }  // namespace penumbra

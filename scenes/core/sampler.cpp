@@ -212,7 +212,9 @@ std::optional<SamplerKind> parse_sampler_kind(std::string_view name) {
 }
 
 // The fourth word: no point set of the same key uses it.
-std::uint32_t random_bits(const StreamKey& key) noexcept { return philox(key, 0)[3]; }
+std::uint32_t random_bits(const StreamKey& key, std::uint32_t index) noexcept {
+  return philox(key, index)[3];
+}
 
 std::uint32_t permute(std::uint32_t index, std::uint32_t n, std::uint32_t seed) noexcept {
   PN_ASSERT(index < n);

@@ -49,7 +49,7 @@ struct VariateBlock {
 };
 
 /// 32 random bits, for decisions that are not points (tie breaks, offsets).
-std::uint32_t random_bits(const StreamKey& key) noexcept;
+std::uint32_t random_bits(const StreamKey& key, std::uint32_t index = 0) noexcept;
 
 /// `count` points for one key. Each point is marginally uniform, so any estimate from them is
 /// unbiased; together they are stratified as the kind says. Copies are cheap and share no state.

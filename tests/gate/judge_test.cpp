@@ -222,6 +222,31 @@ TEST(Judge, TimesThatOnlyVaryAreNoSignOfALoss) {
   EXPECT_LE(inconclusive, 13);
 }
 
+// Verdict of five cells with equal images and rays, whose head takes `time` times as long.
+GateVerdict verdict_by_time(double time, double spread, bool counted, std::uint64_t seed) {
+  CellModel base, head;
+  base.same_images = head.same_images = true;
+  base.time_spread = head.time_spread = spread;
+  if (!counted) base.instructions = head.instructions = 0;
+  head.time_s *= time;
+  Simulation simulation(seed);
+  std::vector<GateCellRuns> cells;
+  for (int c = 0; c < 5; ++c) {
+    cells.push_back(simulation.cell(base, head, 16, std::to_string(c)));
+  }
+  return judge(cells, at_a_third()).suite.verdict;
+}
+
+TEST(Judge, WithoutCountedInstructionsAPassExcludesTheLossInTime) {
+  EXPECT_EQ(verdict_by_time(1.0, 0.01, false, 21), GateVerdict::Pass);
+  EXPECT_EQ(verdict_by_time(1.05, 0.01, false, 22), GateVerdict::Fail);
+  for (std::uint64_t seed = 30; seed < 50; ++seed) {
+    EXPECT_NE(verdict_by_time(1.06, 0.1, false, seed), GateVerdict::Pass);
+    EXPECT_EQ(verdict_by_time(1.0, 0.3, false, seed), GateVerdict::Inconclusive);
+    EXPECT_EQ(verdict_by_time(1.0, 0.3, true, seed) == GateVerdict::Fail, false);
+  }
+}
+
 TEST(Judge, WhichSideComesFirstCancelsOverPairsOfBlocks) {
   CellModel model;
   model.same_images = true;
