@@ -41,14 +41,13 @@ void Reservoirs::fill(Pixel& pixel, std::uint32_t r) noexcept {
   const std::uint32_t count = settings_.candidates;
   const PointSet places(sampler_, stream(pixel, 0, 0), pixel.repetitions * count);
   const PointSet choices(sampler_, stream(pixel, 1, 0), pixel.repetitions * count);
-  VariateBlock place, choice;
-  places.fill(r * count, count, true, place);
-  choices.fill(r * count, count, false, choice);
+  places.fill(r * count, count, true, places_);
+  choices.fill(r * count, count, false, choices_);
   pixel.own.weight = 0.0;
   double sum = 0.0;
   for (std::uint32_t j = 0; j < count; ++j) {
     Reservoir& candidate = candidate_[j];
-    candidate.at = lights_.sample(choice.x[j], place[j]);
+    candidate.at = lights_.sample(choices_.x[j], places_[j]);
     if (candidate.at.pdf > 0.0) {
       candidate.target = connect(pixel, candidate.at).target;
       sum += candidate.target / candidate.at.pdf;

@@ -11,7 +11,7 @@
 /// Reservoirs of light points: how a pixel fills its own, and what it takes over from others.
 namespace penumbra::restir_di {
 
-inline constexpr int kMostCandidates = 64;
+inline constexpr int kMostCandidates = static_cast<int>(kBlock);
 inline constexpr int kMostNeighbours = 8;
 
 /// One light point that stands for all candidates of a pixel.
@@ -76,6 +76,7 @@ class Reservoirs {
   SamplerKind sampler_;
   ResamplingSettings settings_;
   LightPoints lights_;
+  VariateBlock places_, choices_;  // of the candidates
   std::array<Reservoir, kMostCandidates> candidate_;
   std::array<double, kMostCandidates> cumulative_{};
   std::array<Connection, kMostNeighbours + 1> connection_;
