@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "tests/support/correlation.h"
 #include "tests/support/fixtures.h"
 
 namespace penumbra::fixtures {
@@ -185,33 +186,11 @@ TEST(RestirLightPoints, OnTheFarSideOfALightAreHiddenByIt) {
   }
 }
 
-// Correlation between neighbouring pixels of one point, in standard deviations of none.
 double neighbours_z(const ParamSet::Map& params) {
-  constexpr int kSpp = 64;
-  const PlacedPoint placed = build(fixture('F'));
-  const std::vector<ShadingPoint> points(std::size_t{kSide} * kSide, placed.point);
-  Tile tile;
-  tile.width = tile.height = tile.image_width = kSide;
-  tile.spp = kSpp;
-  tile.points = points;
-  std::vector<Rgb> radiance(tile.estimate_count());
-  TileOutput out;
-  out.radiance = radiance;
-  restir()
-      .create(*placed.scene, params_with(restir(), params), Budget{SamplerKind::Independent, 4, 0})
-      ->estimate(tile, test_seed("pixels"), out);
-  double mean = 0.0;
-  for (const Rgb& v : radiance) mean += static_cast<double>(v.x);
-  mean /= static_cast<double>(radiance.size());
-  double product = 0.0, square = 0.0, pairs = 0.0;
-  for (std::size_t i = 0; i + kSpp < radiance.size(); ++i) {
-    const double a = static_cast<double>(radiance[i].x) - mean;
-    const double b = static_cast<double>(radiance[i + kSpp].x) - mean;
-    product += a * b;
-    square += 0.5 * (a * a + b * b);
-    pairs += 1.0;
-  }
-  return product / square * std::sqrt(pairs);
+  const Budget budget{SamplerKind::Independent, 4, 0};
+  return correlation_z(errors_of_a_tile(restir(), params_with(restir(), params), budget,
+                                        build(fixture('F')), test_seed("pixels")),
+                       kCorrelationSpp);
 }
 
 // What the entry says of itself: reuse correlates pixels. Without neighbours it does not.
