@@ -32,18 +32,57 @@ void place_on_mesh(const Light& light, const Variates& place, LightPoint& at) no
   at.normal = Vec3(u.cross(v).normalized());
 }
 
+// How far a point is inside a sphere: radius^2 - distance^2, negative outside.
+double depth2(const Light& sphere, const Vec3& from) noexcept {
+  const double radius = static_cast<double>(sphere.radius);
+  return radius * radius - (Vec3d(sphere.center) - Vec3d(from)).length2();
+}
+
 // Whether a point of a sphere's surface can be seen past the sphere itself.
-bool on_near_side(const Light& light, const Vec3& from, double cosine) noexcept {
-  const double radius = static_cast<double>(light.radius);
-  const bool inside = (Vec3d(light.center) - Vec3d(from)).length2() <= radius * radius;
-  return inside ? cosine > 0.0 : cosine < 0.0;
+bool on_near_side(const Light& sphere, const Vec3& from, double cosine) noexcept {
+  return depth2(sphere, from) >= 0.0 ? cosine > 0.0 : cosine < 0.0;
+}
+
+// Distance of a point to the plane that touches the light at `at`, positive behind it. In double:
+// it cancels where the light is seen nearly edge-on.
+double height_over(const Light& light, const LightPoint& at, const Vec3d& from,
+                   const Vec3d& to_light_point) noexcept {
+  if (light.type == LightType::Rectangle) {
+    return light.plane_normal.dot(Vec3d(light.origin) - from);
+  }
+  if (light.type == LightType::Sphere) {
+    return (at.position - Vec3d(light.center)).normalized().dot(to_light_point);
+  }
+  return Vec3d(at.normal).dot(to_light_point);
+}
+
+// @return density per area
+double place_on_sphere(const Light& sphere, const Vec3& from, const Vec2& u,
+                       LightPoint& at) noexcept {
+  const Vec3 w = sample_uniform_sphere(u);
+  const Vec3d center(sphere.center);
+  const double inside2 = depth2(sphere, from);
+  if (!(inside2 > 0.0)) {
+    at.normal = w;
+    at.position = center + Vec3d(w) * static_cast<double>(sphere.radius);
+    return 1.0 / sphere.area;
+  }
+  // The root of t^2 + 2 b t - inside2 = 0 ahead, without cancellation where the surface is near.
+  const double b = (Vec3d(from) - center).dot(Vec3d(w));
+  const double root = std::sqrt(b * b + inside2);
+  const double t = b > 0.0 ? inside2 / (b + root) : root - b;
+  at.position = Vec3d(from) + Vec3d(w) * t;
+  const Vec3d normal = (at.position - center).normalized();
+  at.normal = Vec3(normal);
+  return static_cast<double>(uniform_sphere_pdf_w()) * normal.dot(Vec3d(w)) / (t * t);
 }
 
 }  // namespace
 
 LightPoints::LightPoints(const Scene& scene) : scene_(&scene), choice_(choice_of(scene)) {}
 
-LightPoint LightPoints::sample(float light, const Variates& place) const noexcept {
+LightPoint LightPoints::sample(const Vec3& from, float light,
+                               const Variates& place) const noexcept {
   const DiscreteDistribution::Choice choice = choice_.sample(light);
   LightPoint at;
   at.light = scene_->sampled_lights()[choice.index];
@@ -61,9 +100,8 @@ LightPoint LightPoints::sample(float light, const Variates& place) const noexcep
       at.normal = source.normal;
       break;
     case LightType::Sphere:
-      at.normal = sample_uniform_sphere(place.u);
-      at.position = Vec3d(source.center) + Vec3d(at.normal) * static_cast<double>(source.radius);
-      break;
+      at.pdf = choice.pmf * place_on_sphere(source, from, place.u, at);
+      return at;
     case LightType::Mesh:
       place_on_mesh(source, place, at);
       break;
@@ -92,16 +130,11 @@ Connection Receiver::connect(const Light& light, const LightPoint& at) const noe
     c.distance = std::numeric_limits<float>::infinity();
     c.geometry = 1.0;
   } else {
-    // In double: the differences of floats are exact, and cosines keep their digits where the light
-    // is seen nearly edge-on.
     const Vec3d d = at.position - Vec3d(point_.position);
     const double distance2 = d.length2();
     if (!(distance2 > 0.0)) return c;
     const double distance = std::sqrt(distance2);
-    const bool is_plane = light.type == LightType::Rectangle;
-    const double height = is_plane
-                              ? light.plane_normal.dot(Vec3d(light.origin) - Vec3d(point_.position))
-                              : Vec3d(at.normal).dot(d);
+    const double height = height_over(light, at, Vec3d(point_.position), d);
     const double cosine = height / distance;
     if (cosine == 0.0 || (cosine > 0.0 && !light.two_sided)) return c;
     if (light.type == LightType::Sphere && !on_near_side(light, point_.position, cosine)) return c;

@@ -18,19 +18,21 @@ struct LightPoint {
   std::uint32_t light{0};
   Vec3d position{0.0};  ///< scene space; unit direction of the environment
   Vec3 normal{0.0f};    ///< of the surface, unit
-  double pdf{0.0};      ///< of LightPoints::sample; 0: no point
+  double pdf{0.0};      ///< of LightPoints::sample at the point it was drawn for; 0: no point
 };
 
 /// Draws points on all lights of a scene that have a density. A light is drawn half by its emitted
 /// power, half like all others; then a point uniformly on its area, or a direction of the
-/// environment by its texels.
+/// environment by its texels. From inside a sphere, parts of which may be near without bound,
+/// points are uniform in direction.
 class LightPoints {
  public:
   explicit LightPoints(const Scene& scene);
 
+  /// @param from   that is to be lit, scene space
   /// @param light  uniform in [0, 1): which light
   /// @param place  where on it
-  LightPoint sample(float light, const Variates& place) const noexcept;
+  LightPoint sample(const Vec3& from, float light, const Variates& place) const noexcept;
 
  private:
   const Scene* scene_;

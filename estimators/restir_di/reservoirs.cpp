@@ -47,7 +47,7 @@ void Reservoirs::fill(Pixel& pixel, std::uint32_t r) noexcept {
   double sum = 0.0;
   for (std::uint32_t j = 0; j < count; ++j) {
     Reservoir& candidate = candidate_[j];
-    candidate.at = lights_.sample(choices_.x[j], places_[j]);
+    candidate.at = lights_.sample(pixel.receiver.point().position, choices_.x[j], places_[j]);
     if (candidate.at.pdf > 0.0) {
       candidate.target = connect(pixel, candidate.at).target;
       sum += candidate.target / candidate.at.pdf;
