@@ -108,7 +108,7 @@ TEST_P(KeepAll, WastesNoLessThanLeavingOut) {
   std::printf("%-16s lean/kept: samples per lit %.3f, rays per lit %.3f\n",
               name_of(GetParam()).c_str(), samples, rays);
   EXPECT_LT(samples, pair.idle ? 0.99 : 1.05);
-  const bool saves_rays = !pair.lean->scene.traits().has_environment && lean.candidates == 0;
+  const bool saves_rays = !pair.lean->scene.traits().has_environment && kept.candidates == 0;
   EXPECT_LT(rays, saves_rays ? 0.99 : 1.05);
 }
 
