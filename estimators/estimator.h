@@ -129,7 +129,13 @@ struct EstimatorEntry {
   std::string_view citation;
   bool adaptive{false};        ///< uses a split budget "A-B"; a plain total is then split 1:3
   bool shares_in_tile{false};  ///< an estimate depends on other points of its tile
-  int min_srl{1};              ///< smallest total of shadow rays per light
+  /// The errors of a tile's pixels are correlated: samples, not only what is learned from them, are
+  /// shared. Averages over pixels then have more variance than the pixels alone say.
+  bool correlates_pixels{false};
+  /// Estimates below 0 are part of the distribution, as with control variates; clamping them would
+  /// bias the mean. Everybody else's are errors.
+  bool may_be_negative{false};
+  int min_srl{1};  ///< smallest total of shadow rays per light
   std::span<const ParamSpec> (*params)(){nullptr};
   /// Whether E[estimate] is the exact radiance with these parameters, and why not.
   /// @return empty when unbiased, otherwise the reason in one clause

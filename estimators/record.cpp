@@ -1,7 +1,5 @@
 #include "estimators/record.h"
 
-#include <algorithm>
-
 namespace penumbra {
 
 std::string_view to_string(SampleFate fate) {
@@ -33,10 +31,10 @@ EstimateRecord* EstimateRecorder::begin(int pixel, int estimate) {
 
 EstimateRecord* EstimateRecorder::find(int pixel, int estimate) {
   if (pixel != pixel_in_tile) return nullptr;
-  const auto found =
-      std::find_if(estimates.begin(), estimates.end(),
-                   [&](const EstimateRecord& record) { return record.estimate == estimate; });
-  return found == estimates.end() ? nullptr : &*found;
+  for (EstimateRecord& record : estimates) {
+    if (record.estimate == estimate) return &record;
+  }
+  return nullptr;
 }
 
 }  // namespace penumbra

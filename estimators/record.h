@@ -31,7 +31,8 @@ struct SampleRecord {
                             ///< drawn; empty where the estimator evaluates its own only
   float own_pdf{0.0f};      ///< [1/sr]
   Rgb f{0.0f};              ///< integrand: arriving radiance x BSDF x cosine
-  double weight{0.0};       ///< the estimate is the sum of weight x f over all samples [sr]
+  double weight{0.0};       ///< the estimate is the sum of weight x f over all samples [sr], and
+                            ///< of EstimateRecord::delta and ::control
   SampleFate fate{SampleFate::NoDirection};
 };
 
@@ -50,8 +51,10 @@ struct EstimateRecord {
   std::vector<std::string> components;
   std::vector<IterationRecord> iterations;
   std::vector<SampleRecord> samples;
-  Rgb delta{0.0f};  ///< part of the result that is added without sampling: light of delta lights,
-                    ///< and all light in a mirror
+  Rgb delta{0.0f};    ///< part of the result that is added without sampling: light of delta lights,
+                      ///< and all light in a mirror
+  Rgb control{0.0f};  ///< part of the result by control variates: their integrals less their
+                      ///< estimates
   std::vector<std::string> notes;  ///< what else the estimator has to say, one line each
 };
 

@@ -157,6 +157,12 @@ void ConfigReader::read_reference(const json& value, const std::string& pointer,
           "pmc_hi may not make a reference: a method under test must not make its own reference");
     return;
   }
+  if (entry->may_be_negative) {
+    fault(estimator_pointer, reference.estimator +
+                                 " may not make a reference: its pixels may be negative, and the "
+                                 "truth is not");
+    return;
+  }
   const std::string params_pointer = child_pointer(pointer, "params");
   ParamSet::Map given;
   for (const auto& [name, item] : object_member(value, "params").items()) {

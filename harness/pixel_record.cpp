@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -30,6 +31,9 @@ std::string sample_text(const EstimateRecord& record, std::size_t index) {
 // The first sample that is bad by itself, or else the largest: the sum is too large then.
 std::string cause_in(const EstimateRecord& record) {
   if (is_bad(record.delta)) return "component of delta lights and mirrors";
+  for (int i = 0; i < 3; ++i) {
+    if (!std::isfinite(record.control[i])) return "control variates";
+  }
   double most = 0.0;
   std::optional<std::size_t> largest;
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
@@ -47,8 +51,9 @@ std::string cause_in(const EstimateRecord& record) {
   return "sum of all; the largest is " + sample_text(record, *largest);
 }
 
-std::string cause_of(const PixelRecord& pixel, const BadEstimate& bad) {
-  if (!is_bad(pixel.estimates[static_cast<std::size_t>(bad.estimate)])) {
+std::string cause_of(const EstimatorEntry& estimator, const PixelRecord& pixel,
+                     const BadEstimate& bad) {
+  if (!is_bad_estimate(estimator, pixel.estimates[static_cast<std::size_t>(bad.estimate)])) {
     return "component unknown: run again, the estimate is sound";
   }
   const auto record =
@@ -88,7 +93,7 @@ void find_causes(const Scene& scene, const ShadingPoints& points, const RenderSe
     if (last == nullptr || last->x != bad.x || last->y != bad.y) {
       pixel = record_pixel(scene, points, settings, bad.x, bad.y);
     }
-    bad.cause = cause_of(*pixel, bad);
+    bad.cause = cause_of(*settings.estimator, *pixel, bad);
     last = &bad;
   }
 }

@@ -115,7 +115,9 @@ class Job {
   void store_pixel(const Tile& tile, int pixel, const TileOutput& out, Worker& worker) {
     const std::span<const Rgb> estimates = estimates_of(tile, pixel, out.radiance);
     for (std::size_t e = 0; e < estimates.size(); ++e) {
-      if (is_bad(estimates[e])) note_bad(tile, pixel, static_cast<int>(e), estimates[e], worker);
+      if (is_bad_estimate(*settings_.estimator, estimates[e])) {
+        note_bad(tile, pixel, static_cast<int>(e), estimates[e], worker);
+      }
     }
     const std::size_t place = tile.pixel_index(pixel);
     result_.radiance[place] = pixel_mean(tile, estimates);

@@ -26,7 +26,7 @@ struct RenderSettings {
   StageClock* clock{nullptr};  ///< is told of stages; only with one thread
 };
 
-/// A non-finite or negative estimate; never hidden.
+/// A non-finite estimate, or a negative one of an estimator that may not be; never hidden.
 struct BadEstimate {
   int x{0}, y{0};
   int estimate{0};
@@ -48,7 +48,7 @@ struct RenderResult {
   double time_cpu_s{0};           ///< likewise, all threads
   double time_prepare_s{0};       ///< making the estimators, one per thread
   std::uint64_t instructions{0};  ///< in user space, 0 where the machine does not count them
-  std::uint64_t bad_count{0};     ///< estimates that are not finite or negative
+  std::uint64_t bad_count{0};     ///< estimates that are not finite, or negative without leave
   std::vector<BadEstimate> bad;   ///< the first of them in image order, at most 100
 
   Image image() const;  ///< radiance as float

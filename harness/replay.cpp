@@ -81,7 +81,8 @@ double ReplayedEstimate::relative_difference() const {
   double difference = 0.0;
   double largest = 0.0;
   for (int i = 0; i < 3; ++i) {
-    const double sum = weighted_sum[i] + static_cast<double>(record.delta[i]);
+    const double sum = weighted_sum[i] + static_cast<double>(record.delta[i]) +
+                       static_cast<double>(record.control[i]);
     const double error = std::abs(sum - static_cast<double>(value[i]));
     if (!(error <= difference)) difference = error;
     largest = std::max(largest, static_cast<double>(std::abs(value[i])));

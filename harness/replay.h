@@ -21,8 +21,8 @@ struct ReplayedEstimate {
   Vec3d weighted_sum{0.0};    ///< sum of weight x f over the recorded samples
   bool recorded{false};       ///< false where the estimator left no record
 
-  /// Largest difference of `weighted_sum` + delta from `value` over the channels, relative to the
-  /// largest channel of `value`; infinite or NaN where the value is not finite.
+  /// Largest difference of `weighted_sum` + delta + control from `value` over the channels,
+  /// relative to the largest channel of `value`; infinite or NaN where the value is not finite.
   double relative_difference() const;
 };
 

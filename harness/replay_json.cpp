@@ -74,6 +74,7 @@ Json estimate_json(const ReplayedEstimate& estimate) {
   json["notes"] = estimate.record.notes;
   json["weighted_sum"] = triple(estimate.weighted_sum);
   json["delta"] = triple(estimate.record.delta);
+  json["control"] = triple(estimate.record.control);
   json["relative_difference"] = number_to_json(estimate.relative_difference());
   return json;
 }

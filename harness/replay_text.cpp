@@ -157,6 +157,9 @@ std::string estimate_text(const ReplayedEstimate& estimate) {
   for (const std::string& line : record.notes) text += "  note: " + line + "\n";
   text += fmt::format("  sum of weight x f  {}\n  delta lights       {}\n",
                       triple(estimate.weighted_sum), triple(record.delta));
+  if (!is_black(record.control)) {
+    text += fmt::format("  control variates   {}\n", triple(record.control));
+  }
   text += fmt::format("  value              {}, relative difference {:.2g}\n",
                       triple(estimate.value), estimate.relative_difference());
   return text;

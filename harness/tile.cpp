@@ -55,4 +55,9 @@ bool is_bad(const Rgb& value) noexcept {
   return false;
 }
 
+bool is_bad_estimate(const EstimatorEntry& estimator, const Rgb& value) noexcept {
+  if (!estimator.may_be_negative) return is_bad(value);
+  return !std::isfinite(value.x) || !std::isfinite(value.y) || !std::isfinite(value.z);
+}
+
 }  // namespace penumbra

@@ -28,4 +28,7 @@ Rgb stored_pixel(const Vec3d& mean);
 /// Whether a channel is not finite or negative.
 bool is_bad(const Rgb& value) noexcept;
 
+/// Whether an estimate is an error: not finite, or negative where the estimator may not be.
+bool is_bad_estimate(const EstimatorEntry& estimator, const Rgb& value) noexcept;
+
 }  // namespace penumbra

@@ -20,7 +20,6 @@
 #include "estimators/light/light.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include "estimators/mixture/chosen_lights.h"
@@ -28,14 +27,6 @@
 
 namespace penumbra::light {
 namespace {
-
-double emitted_power(const Scene& scene, const Light& light) {
-  if (light.type == LightType::Environment) {
-    const double radius = 0.5 * scene.traits().diagonal;
-    return M_PI * radius * radius * luminance(light.environment.power());
-  }
-  return M_PI * light.area * luminance(widen(light.radiance)) * (light.two_sided ? 2.0 : 1.0);
-}
 
 class LightOnly final : public Estimator {
  public:

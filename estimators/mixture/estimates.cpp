@@ -99,6 +99,14 @@ int shared_mis_counts(int srl, int active_lights, int light_components,
   return lights_total + bsdf;
 }
 
+double emitted_power(const Scene& scene, const Light& light) noexcept {
+  if (light.type == LightType::Environment) {
+    const double radius = 0.5 * scene.traits().diagonal;
+    return M_PI * radius * radius * luminance(light.environment.power());
+  }
+  return M_PI * light.area * luminance(widen(light.radiance)) * (light.two_sided ? 2.0 : 1.0);
+}
+
 ParamSpec light_sampling_param(LightSampling by_default) {
   return {.name = "light_sampling",
           .default_value = std::string(to_string(by_default)),

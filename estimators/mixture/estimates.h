@@ -96,6 +96,10 @@ void estimate_tile(Mixture& mixture, const Tile& tile, std::uint64_t seed, TileO
   out.counters += mixture.counters();
 }
 
+/// Power that a light with a density emits, both sides together; of the environment, that through
+/// the scene's bounding sphere. Luminance [W], in scene units.
+double emitted_power(const Scene& scene, const Light& light) noexcept;
+
 /// The parameter `light_sampling` and its value: how directions towards a light are drawn.
 ParamSpec light_sampling_param(LightSampling by_default = LightSampling::Area);
 LightSampling light_sampling_of(const ParamSet& params);

@@ -197,12 +197,13 @@ std::size_t Mixture::evaluate_lanes() noexcept {
   Block<std::uint32_t> alive;
   for (std::size_t i = 0; i < lanes; ++i) {
     const Vec3 local = drawn_.wi_local[i];
+    const bool is_above = local.z > 0.0f;
     const bool lives =
-        (local.z > 0.0f) & (dot(drawn_.wi[i], normal) > 0.0f) & (drawn_.any_light_pdf[i] > 0.0f);
+        is_above & (dot(drawn_.wi[i], normal) > 0.0f) & (drawn_.any_light_pdf[i] > 0.0f);
     alive[i] = lives ? 1u : 0u;
-    above.x[i] = lives ? local.x : 0.0f;
-    above.y[i] = lives ? local.y : 0.0f;
-    above.z[i] = lives ? local.z : 1.0f;
+    above.x[i] = is_above ? local.x : 0.0f;
+    above.y[i] = is_above ? local.y : 0.0f;
+    above.z[i] = is_above ? local.z : 1.0f;
   }
   bsdf_.evaluate(above, drawn_.count, drawn_.f_cos, drawn_.bsdf_pdf);
   for (std::size_t i = 0; i < lanes; ++i) {
@@ -245,6 +246,7 @@ void Mixture::keep_block() noexcept {
   if (lights_as_one_) pack(drawn_.light, survivors, &light_[size_]);
   if (record_ != nullptr) pack(record_lane_, survivors, &record_index_[size_]);
   if (densities_ == Densities::All) keep_pdfs(survivors);
+  if (keeps_dropped_) keep_dropped_pdfs(survivors);
   if (drawn_.candidates) keep_unshadowed(survivors);
   size_ += survivors;
   drawn_.count = 0;

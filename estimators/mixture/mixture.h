@@ -132,7 +132,11 @@ class Mixture {
   /// @param count   samples that they stand for, for the counters
   void trace_chosen(std::span<const std::uint32_t> chosen, std::uint64_t count) noexcept;
 
-  void clear_samples() noexcept { size_ = 0; }
+  void clear_samples() noexcept {
+    size_ = 0;
+    dropped_ = 0;
+    std::fill(dropped_alone_.begin(), dropped_alone_.end(), 0);
+  }
   std::size_t size() const noexcept { return size_; }
   Vec3 wi(std::size_t i) const noexcept { return wi_[i]; }
   /// Directions of all samples, with room for a whole group of lanes behind the last.
@@ -166,6 +170,22 @@ class Mixture {
   /// [1/sr]
   void mixture_pdfs_w(std::size_t first, std::span<const double> coefficients,
                       std::span<double> density) const noexcept;
+
+  /// From now on `draw` also keeps the densities of the directions that are no samples: control
+  /// variates do not vanish where f does. Memory for them is allocated here. Only with
+  /// Densities::All.
+  void keep_dropped();
+  /// Directions since `clear_samples` that were drawn but are no samples, and that more than one
+  /// component may have drawn.
+  std::size_t dropped() const noexcept { return dropped_; }
+  /// Density of component k in dropped direction i [1/sr].
+  float dropped_pdf_w(std::size_t i, int k) const noexcept {
+    return dropped_pdfs_[static_cast<std::size_t>(k) * stride_ + i];
+  }
+  /// Number of draws of component k besides, which no other component could have made: towards no
+  /// light, or no direction at all. The latter, a draw of the BSDF below the horizon for one,
+  /// belong to the component's density, which integrates to 1 only with them.
+  int dropped_alone(int k) const noexcept { return dropped_alone_[static_cast<std::size_t>(k)]; }
 
   EstimateCounters& counters() noexcept { return counters_; }
 
@@ -216,6 +236,8 @@ class Mixture {
   void pack(const Block<T>& of_lanes, std::size_t survivors, T* of_samples) const noexcept;
   void keep_block() noexcept;
   void keep_pdfs(std::size_t survivors) noexcept;
+  void keep_dropped_pdfs(std::size_t survivors) noexcept;
+  float lane_pdf_w(std::size_t lane, int k) const noexcept;
   template <bool kEnvironment, bool kSelects>
   void trace(std::size_t first) noexcept;
   bool from_wanted_light(std::size_t sample, std::int32_t light) const noexcept;
@@ -291,6 +313,10 @@ class Mixture {
   std::size_t stride_;                // of pdfs_
   std::vector<float> pdfs_;           // [component][sample]; empty with many lights
   std::unique_ptr<ManyLights> many_;  // instead, with many lights
+  bool keeps_dropped_{false};
+  std::size_t dropped_{0};
+  std::vector<float> dropped_pdfs_;  // [component][dropped]
+  std::vector<int> dropped_alone_;   // [component]
   RayBatch rays_;
   // The loops over traced rays, chosen once per scene.
   using Trace = void (Mixture::*)(std::size_t) noexcept;

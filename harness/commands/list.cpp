@@ -51,6 +51,8 @@ Json estimators_json() {
                     {"bias_reason", bias},
                     {"adaptive", entry->adaptive},
                     {"shares_in_tile", entry->shares_in_tile},
+                    {"correlates_pixels", entry->correlates_pixels},
+                    {"may_be_negative", entry->may_be_negative},
                     {"min_srl", entry->min_srl},
                     {"params", params}});
   }
@@ -62,10 +64,12 @@ void print_estimators() {
     const std::string bias = entry->bias_reason(defaults_of(*entry));
     fmt::print("{}  {}\n", entry->name, entry->summary);
     fmt::print("    {}\n", entry->citation);
-    fmt::print("    {}; SRL {}, at least {}{}\n",
+    fmt::print("    {}; SRL {}, at least {}{}{}{}\n",
                bias.empty() ? "unbiased with its defaults" : "biased: " + bias,
                entry->adaptive ? "A-B (initial-adaptive)" : "A", entry->min_srl,
-               entry->shares_in_tile ? "; shares within tiles" : "");
+               entry->shares_in_tile ? "; shares within tiles" : "",
+               entry->correlates_pixels ? "; errors of neighbouring pixels are correlated" : "",
+               entry->may_be_negative ? "; estimates may be negative" : "");
     for (const ParamSpec& spec : entry->params()) {
       fmt::print("    {:<16} {:<18} {}\n{:37}{}\n", spec.name, "= " + to_string(spec.default_value),
                  spec.doc, "", allowed_text(spec));

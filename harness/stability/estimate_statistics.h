@@ -24,7 +24,7 @@ struct MeanTest {
 /// computation of covariances and arbitrary-order statistical moments".
 class EstimateStatistics {
  public:
-  /// @param value  finite, not negative
+  /// @param value  finite; not negative but for estimators that may be
   void add(double value) noexcept;
 
   std::uint64_t count() const noexcept { return count_; }

@@ -64,7 +64,7 @@ Measurement measure(const StabilityStep& step, const Method& method, const Budge
     result.counters += out.counters;
     Welford tile_values;
     for (std::size_t i = 0; i < radiance.size(); ++i) {
-      if (is_bad(radiance[i])) {
+      if (is_bad_estimate(*method.entry, radiance[i])) {
         note_bad(radiance[i], seed, i, per_point, result);
         continue;
       }

@@ -11,7 +11,7 @@
 
 namespace penumbra::stability {
 
-/// An estimate that is not finite or negative, with what makes it again.
+/// An estimate that is not finite, or negative without leave, with what makes it again.
 struct BadSample {
   std::uint64_t seed{0};
   std::uint32_t pixel{0};  ///< of the tile

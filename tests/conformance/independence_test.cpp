@@ -10,13 +10,13 @@
 #include <cmath>
 
 #include "tests/conformance/conformance_support.h"
+#include "tests/support/correlation.h"
 #include "tests/support/fixtures.h"
 
 namespace penumbra::conformance {
 namespace {
 
-constexpr int kSide = 16;  // [pixels]
-constexpr int kSpp = 64;
+constexpr std::size_t kSpp = fixtures::kCorrelationSpp;
 constexpr double kFamilyLevel = 1e-4;
 
 struct Sampled {
@@ -39,41 +39,12 @@ std::vector<Sampled> with_all_samplers() {
   return result;
 }
 
-// Errors of all estimates of one point, seen by every pixel of a tile: [pixel][estimate].
 std::vector<double> errors(const Sampled& s) {
-  const fixtures::PlacedPoint placed = fixtures::build(fixtures::fixture('F'));
   Budget budget = budget_of(*s.variant.entry);
   budget.sampler = s.sampler;
-  const std::vector<ShadingPoint> points(std::size_t{kSide} * kSide, placed.point);
-  Tile tile;
-  tile.width = tile.height = tile.image_width = kSide;
-  tile.spp = kSpp;
-  tile.points = points;
-  std::vector<Rgb> radiance(tile.estimate_count());
-  TileOutput out;
-  out.radiance = radiance;
-  s.variant.entry->create(*placed.scene, s.variant.params, budget)
-      ->estimate(tile, fixtures::test_seed("errors"), out);
-  double mean = 0.0;
-  for (const Rgb& value : radiance) mean += static_cast<double>(value.x);
-  mean /= static_cast<double>(radiance.size());
-  std::vector<double> result;
-  for (const Rgb& value : radiance) result.push_back(static_cast<double>(value.x) - mean);
-  return result;
-}
-
-// Correlation between every error and the one `step` behind it, in units of its standard deviation
-// for independent errors.
-double correlation_z(const std::vector<double>& errors, std::size_t step) {
-  double product = 0.0;
-  double square = 0.0;
-  double pairs = 0.0;
-  for (std::size_t i = 0; i + step < errors.size(); ++i) {
-    product += errors[i] * errors[i + step];
-    square += 0.5 * (errors[i] * errors[i] + errors[i + step] * errors[i + step]);
-    pairs += 1.0;
-  }
-  return product / square * std::sqrt(pairs);
+  return fixtures::errors_of_a_tile(*s.variant.entry, s.variant.params, budget,
+                                    fixtures::build(fixtures::fixture('F')),
+                                    fixtures::test_seed("errors"));
 }
 
 class Independence : public ::testing::TestWithParam<Sampled> {
@@ -83,12 +54,15 @@ class Independence : public ::testing::TestWithParam<Sampled> {
 };
 
 TEST_P(Independence, OfNeighbouringPixels) {
-  const double z = correlation_z(errors(GetParam()), kSpp);
+  if (GetParam().variant.entry->correlates_pixels) {
+    GTEST_SKIP() << "shares samples between pixels, and its entry says so";
+  }
+  const double z = fixtures::correlation_z(errors(GetParam()), kSpp);
   EXPECT_LT(std::abs(z), limit_);
 }
 
 TEST_P(Independence, OfTheEstimatesOfAPixel) {
-  const double z = correlation_z(errors(GetParam()), 1);
+  const double z = fixtures::correlation_z(errors(GetParam()), 1);
   EXPECT_LT(std::abs(z), limit_);
 }
 
@@ -106,7 +80,7 @@ TEST(IndependenceControl, SharedNumbersAreFound) {
     if (i / kSpp % 8 == 0)
       shared[i] = shared[i - kSpp];  // every eighth pixel repeats the one before
   }
-  EXPECT_GT(correlation_z(shared, kSpp), fixtures::family_limit(kFamilyLevel, 1));
+  EXPECT_GT(fixtures::correlation_z(shared, kSpp), fixtures::family_limit(kFamilyLevel, 1));
 }
 
 }  // namespace

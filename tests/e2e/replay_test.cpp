@@ -90,7 +90,7 @@ void expect_sum_of_samples(const json& estimate, const std::string& where) {
   double largest = 0.0;
   for (const json& channel : estimate.at("value")) largest = std::max(largest, number(channel));
   for (std::size_t c = 0; c < 3; ++c) {
-    double sum = number(estimate.at("delta")[c]);
+    double sum = number(estimate.at("delta")[c]) + number(estimate.at("control")[c]);
     for (const json& sample : estimate.at("samples")) {
       sum += number(sample.at("weight_sr")) * number(sample.at("f")[c]);
     }

@@ -150,6 +150,19 @@ TEST_F(BadEstimates, AreAllCountedAndTheFirstHundredListed) {
   EXPECT_EQ(result.bad.front().cause, "component unknown: the estimator left no record");
 }
 
+TEST_F(BadEstimates, NegativeOnesAreSoundWhereTheEstimatorSaysSoAndNoOthers) {
+  EstimatorEntry negative = kAllNegative;
+  negative.may_be_negative = true;
+  const RenderResult sound = run(negative);
+  EXPECT_EQ(sound.bad_count, 0u);
+  EXPECT_EQ(sound.radiance.front().z, static_cast<double>(-1e-30f)) << "nothing is clamped";
+  EstimatorEntry faulty = kFaulty;
+  faulty.may_be_negative = true;
+  const RenderResult result = run(faulty);
+  ASSERT_EQ(result.bad_count, 4u) << "those that are not finite";
+  EXPECT_EQ(result.bad.front().x, 1);
+}
+
 TEST_F(BadEstimates, MoreOfThemThanMemoryShouldHoldAreRefused) {
   RenderSettings settings;
   settings.estimator = &kFaulty;

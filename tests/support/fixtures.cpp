@@ -61,6 +61,20 @@ ShapeDescription facing_down(std::string name, std::uint32_t material, const Box
                    {box.x1 - box.x0, 0.0, 0.0}, radiance);
 }
 
+// Variance of the mean of all estimates, [pixel][estimate], whose pixels depend on each other: from
+// the means over all pixels of one estimate index.
+double variance_of_tile_mean(const std::vector<Rgb>& radiance, std::size_t spp, double mean) {
+  PN_CHECK(spp > 1, "one estimate of each pixel tells nothing of its spread");
+  std::vector<double> means(spp, 0.0);
+  const double pixels = static_cast<double>(radiance.size() / spp);
+  for (std::size_t i = 0; i < radiance.size(); ++i) {
+    means[i % spp] += static_cast<double>(radiance[i].x) / pixels;
+  }
+  double squares = 0.0;
+  for (const double m : means) squares += (m - mean) * (m - mean);
+  return squares / static_cast<double>((spp - 1) * spp);
+}
+
 }  // namespace
 
 const std::vector<Fixture>& all_fixtures() {
@@ -162,9 +176,7 @@ ParamSet params_with(const EstimatorEntry& entry, const ParamSet::Map& given) {
   return result;
 }
 
-double RunStatistics::standard_error() const {
-  return std::sqrt(variance / static_cast<double>(n));
-}
+double RunStatistics::standard_error() const { return std::sqrt(variance_of_mean); }
 
 double RunStatistics::cost(double exact) const {
   return mean_square_error / (exact * exact) * static_cast<double>(counters.samples) /
@@ -197,7 +209,7 @@ RunStatistics estimate_many(const EstimatorEntry& entry, const ParamSet& params,
       ++run.non_finite;
       continue;
     }
-    run.negative += x < 0.0 ? 1u : 0u;
+    run.negative += x < 0.0 && !entry.may_be_negative ? 1u : 0u;
     ++run.n;
     const double step = x - run.mean;
     run.mean += step / static_cast<double>(run.n);
@@ -206,6 +218,10 @@ RunStatistics estimate_many(const EstimatorEntry& entry, const ParamSet& params,
   }
   run.variance = sum_of_squares / static_cast<double>(run.n - 1);
   run.mean_square_error /= static_cast<double>(run.n);
+  run.variance_of_mean =
+      entry.correlates_pixels
+          ? variance_of_tile_mean(radiance, static_cast<std::size_t>(tile.spp), run.mean)
+          : run.variance / static_cast<double>(run.n);
   return run;
 }
 

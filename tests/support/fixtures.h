@@ -78,8 +78,10 @@ ParamSet params_with(const EstimatorEntry& entry, const ParamSet::Map& given);
 struct RunStatistics {
   std::uint64_t n{0};
   double mean{0}, variance{0};
+  double variance_of_mean{0};  ///< from means over the pixels where these are correlated
   double mean_square_error{0};
-  std::uint64_t non_finite{0}, negative{0};
+  std::uint64_t non_finite{0};
+  std::uint64_t negative{0};  ///< of an estimator that may not be
   EstimateCounters counters;
 
   double standard_error() const;

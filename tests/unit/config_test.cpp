@@ -227,6 +227,13 @@ TEST_F(Config, RefusesAReferenceByTheMethodUnderTest) {
       "pmc_hi may not make a reference: a method under test must not make its own reference");
 }
 
+TEST_F(Config, RefusesAReferenceWhosePixelsMayBeNegative) {
+  json config = small_config();
+  config["scenes"][0]["reference"] = {{"estimator", "optimal_mis"}};
+  expect_fault(config, "/scenes/0/reference/estimator",
+               "optimal_mis may not make a reference: its pixels may be negative");
+}
+
 TEST_F(Config, RefusesAnOddNumberOfReferenceSamples) {
   json config = small_config();
   config["scenes"][0]["reference"] = {{"spp", 65}};
