@@ -376,19 +376,15 @@ NullControl judge_null(std::span<const GateRun> base, std::span<const GateRun> n
 }
 
 void set_times_aside(Judgement& judgement) {
-  if (judgement.suite.lost_time_only) {
-    judgement.suite.verdict = GateVerdict::Inconclusive;
-    judgement.suite.reason = GateReason::TooNoisy;
-    judgement.suite.lost_time_only = false;
-    judgement.suite.sentence += kTimesDiffer;
-  }
-  for (GateCell& cell : judgement.cells) {
-    if (!cell.lost_time_only) continue;
-    cell.verdict = GateVerdict::Inconclusive;
-    cell.reason = GateReason::TooNoisy;
-    cell.lost_time_only = false;
-    cell.sentence += kTimesDiffer;
-  }
+  const auto set_aside = [](auto& judged) {
+    if (!judged.lost_time_only) return;
+    judged.verdict = GateVerdict::Inconclusive;
+    judged.reason = GateReason::TooNoisy;
+    judged.lost_time_only = false;
+    judged.sentence += kTimesDiffer;
+  };
+  set_aside(judgement.suite);
+  for (GateCell& cell : judgement.cells) set_aside(cell);
 }
 
 bool undecided(const GateCell& cell) noexcept {
