@@ -121,6 +121,15 @@ class Estimator {
   virtual std::vector<MapInfo> maps() const { return {}; }
 };
 
+/// Parameters and a point set that belong together, under a name that configs can give
+/// (methods[].preset).
+struct Preset {
+  std::string_view name;
+  std::string_view doc;
+  std::string_view sampler;  ///< as configs name it
+  ParamSet::Map params;      ///< where they differ from the defaults
+};
+
 /// Facts about an estimator that the harness needs, and its factory. Each estimator's folder
 /// defines one.
 struct EstimatorEntry {
@@ -137,6 +146,8 @@ struct EstimatorEntry {
   bool may_be_negative{false};
   int min_srl{1};  ///< smallest total of shadow rays per light
   std::span<const ParamSpec> (*params)(){nullptr};
+  /// nullptr: there are none.
+  std::span<const Preset> (*presets)(){nullptr};
   /// Whether E[estimate] is the exact radiance with these parameters, and why not.
   /// @return empty when unbiased, otherwise the reason in one clause
   std::string (*bias_reason)(const ParamSet&){nullptr};

@@ -51,6 +51,8 @@ class ConfigReader {
   bool check_scene_key(const std::string& scene, const std::string& pointer);
   void read_params(const nlohmann::json& params, const std::string& pointer,
                    const EstimatorEntry& entry, MethodConfig& method);
+  void read_preset(const nlohmann::json& object, const std::string& pointer,
+                   const EstimatorEntry& entry, MethodConfig& method);
   void read_zip(const nlohmann::json& zip, const std::string& pointer, MethodConfig& method);
   void read_exclude(const nlohmann::json& exclude, const std::string& pointer,
                     const EstimatorEntry* entry, MethodConfig& method);

@@ -158,6 +158,7 @@ void ConfigReader::read_axes(const json& value, const std::string& pointer,
   }
   if (entry != nullptr) {
     read_params(object_member(value, "params"), child_pointer(pointer, "params"), *entry, method);
+    read_preset(object, pointer, *entry, method);
   }
   read_zip(array_member(value, "zip"), child_pointer(pointer, "zip"), method);
   read_exclude(array_member(value, "exclude"), child_pointer(pointer, "exclude"), entry, method);
@@ -199,6 +200,29 @@ void ConfigReader::read_params(const json& params, const std::string& pointer,
       }
     }
   }
+}
+
+// Fills in what a preset says and the method does not.
+void ConfigReader::read_preset(const json& object, const std::string& pointer,
+                               const EstimatorEntry& entry, MethodConfig& method) {
+  if (!object.contains("preset") || !object["preset"].is_string()) return;
+  const std::span<const Preset> presets =
+      entry.presets != nullptr ? entry.presets() : std::span<const Preset>{};
+  const auto wanted = object["preset"].get<std::string>();
+  const auto found = std::find_if(presets.begin(), presets.end(),
+                                  [&](const Preset& preset) { return preset.name == wanted; });
+  if (found == presets.end()) {
+    std::vector<std::string> names;
+    for (const Preset& preset : presets) names.emplace_back(preset.name);
+    fault(child_pointer(pointer, "preset"), names.empty()
+                                                ? std::string(entry.name) + " has no presets"
+                                                : unknown_name("preset", wanted, names));
+    return;
+  }
+  for (const auto& [name, param] : found->params) {
+    method.params.try_emplace(name, std::vector<ParamValue>{param});
+  }
+  if (method.samplers.empty()) method.samplers.emplace_back(found->sampler);
 }
 
 void ConfigReader::read_zip(const json& zip, const std::string& pointer, MethodConfig& method) {

@@ -142,6 +142,21 @@ std::span<const ParamSpec> params() {
   return specs;
 }
 
+std::span<const Preset> presets() {
+  using Text = std::string;
+  static const std::vector<Preset> list = {
+      {"paper",
+       "what the paper of PMC-HI compares with: area sampling, pairs for each light",
+       "independent",
+       {{"layout", Text("pairs")}}},
+      {"tuned",
+       "the strongest settings here: solid angle, stratified points, power heuristic",
+       "sobol",
+       {{"light_sampling", Text("solid_angle")}, {"heuristic", Text("power2")}}},
+  };
+  return list;
+}
+
 std::string bias_reason(const ParamSet&) { return {}; }
 
 std::unique_ptr<Estimator> create(const Scene& scene, const ParamSet& params,
@@ -159,6 +174,7 @@ constinit const EstimatorEntry kEntry = {
     .adaptive = false,
     .min_srl = 2,
     .params = params,
+    .presets = presets,
     .bias_reason = bias_reason,
     .create = create,
 };

@@ -31,6 +31,23 @@ std::string allowed_text(const ParamSpec& spec) {
   return fmt::format("{:g} to {:g}", spec.min, spec.max);
 }
 
+std::span<const Preset> presets_of(const EstimatorEntry& entry) {
+  return entry.presets != nullptr ? entry.presets() : std::span<const Preset>{};
+}
+
+Json presets_json(const EstimatorEntry& entry) {
+  Json list = Json::array();
+  for (const Preset& preset : presets_of(entry)) {
+    Json params = Json::object();
+    for (const auto& [name, value] : preset.params) params[name] = value_json(value);
+    list.push_back({{"name", preset.name},
+                    {"doc", preset.doc},
+                    {"sampler", preset.sampler},
+                    {"params", params}});
+  }
+  return list;
+}
+
 Json estimators_json() {
   Json list = Json::array();
   for (const EstimatorEntry* entry : all_estimators()) {
@@ -54,7 +71,8 @@ Json estimators_json() {
                     {"correlates_pixels", entry->correlates_pixels},
                     {"may_be_negative", entry->may_be_negative},
                     {"min_srl", entry->min_srl},
-                    {"params", params}});
+                    {"params", params},
+                    {"presets", presets_json(*entry)}});
   }
   return list;
 }
@@ -73,6 +91,14 @@ void print_estimators() {
     for (const ParamSpec& spec : entry->params()) {
       fmt::print("    {:<16} {:<18} {}\n{:37}{}\n", spec.name, "= " + to_string(spec.default_value),
                  spec.doc, "", allowed_text(spec));
+    }
+    for (const Preset& preset : presets_of(*entry)) {
+      std::string values;
+      for (const auto& [name, value] : preset.params) {
+        values += fmt::format(", {} = {}", name, to_string(value));
+      }
+      fmt::print("    preset {:<9} {}{}\n{:37}{}\n", preset.name, preset.sampler, values, "",
+                 preset.doc);
     }
     fmt::print("\n");
   }
