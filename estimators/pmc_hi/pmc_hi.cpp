@@ -18,6 +18,8 @@
 // one large iteration draws all the rest from it.
 //
 // Deviations from the paper, each with its reason; the literal reading is a set of switches:
+//   sequence = fresh     points that go on where those that decided their number ended are not
+//   uniform given that number.
 //   n_min = 1            Eq. 6 never revives a component of weight 0, so the literal method loses
 //   whole lights (-10 % on
 //                        a fixture). One sample per component but the cone keeps the support
@@ -67,7 +69,8 @@ class PmcHi final : public Estimator {
         max_components_(scene.sampled_lights().size() + 2),
         kernel_(settings_, max_components_),
         density_(most_samples(scene, budget) + kLaneGroup),
-        weights_(most_samples(scene, budget)) {
+        weights_(most_samples(scene, budget)),
+        drawn_(max_components_) {
     const std::size_t lights = scene.sampled_lights().size();
     check_budget(settings_, budget, lights);
     const std::size_t most = most_iterations(static_cast<int>(lights));
@@ -185,11 +188,20 @@ class PmcHi final : public Estimator {
     return std::span(weights_).subspan(it.first, mixture_.size() - it.first);
   }
 
+  void draw(StreamKey key, std::size_t t) noexcept {
+    if (!settings_.continue_sequence) return mixture_.draw(budget_.sampler, key, kernel_.counts());
+    const std::span<int> drawn = std::span(drawn_).first(kernel_.counts().size());
+    if (t == 0) std::fill(drawn.begin(), drawn.end(), 0);
+    key.iteration = 0;
+    mixture_.draw(budget_.sampler, key, kernel_.counts(), drawn);
+    for (std::size_t k = 0; k < drawn.size(); ++k) drawn[k] += kernel_.counts()[k];
+  }
+
   // Draws, traces and weights one population.
   void run(const StreamKey& key, std::size_t t, Iteration& it) noexcept {
     it.cone = mixture_.cone();
     it.first = mixture_.size();
-    mixture_.draw(budget_.sampler, key, kernel_.counts());
+    draw(key, t);
     if (EstimateRecord* record = mixture_.record()) {
       record->iterations.back().alpha.assign(kernel_.alpha().begin(), kernel_.alpha().end());
     }
@@ -252,6 +264,7 @@ class PmcHi final : public Estimator {
   std::vector<double> density_;  // [sample of an iteration], K
   std::vector<double> weights_;  // [sample], luminance of f/K
   std::vector<Iteration> iterations_;
+  std::vector<int> drawn_;            // [component] points of a continued set
   std::vector<double> coefficients_;  // [iteration][component], for the pooled denominator only
   std::span<float> map_;
 };

@@ -70,6 +70,10 @@ std::span<const ParamSpec> specs() {
            "weights learned from the last or from all iterations"),
       text("combine", {"average", "sqrt", "last", "adaptive_only", "inverse_variance", "pooled"},
            "how iterations become one estimate; the last two are biased"),
+      text("sequence", {"fresh", "continued"},
+           "every iteration's points are scrambled afresh, or continue the first one's set, which "
+           "is "
+           "biased"),
       text("cone", {"needed", "always", "never"},
            "where the cone is a component: at points with something between them and a light that "
            "can contribute, everywhere (the literal paper), or nowhere"),
@@ -103,6 +107,7 @@ Settings read_settings(const ParamSet& params) {
   s.update = choice<Update>(params, "update");
   s.cumulative = params.text("memory") == "cumulative";
   s.combine = choice<Combine>(params, "combine");
+  s.continue_sequence = params.text("sequence") == "continued";
   s.cone = choice<ConeUse>(params, "cone");
   s.alpha_cone = params.real("alpha_cone");
   s.cone_min_hits = static_cast<int>(params.integer("cone_min_hits"));
@@ -135,6 +140,9 @@ std::string bias_reason(const ParamSet& params) {
     return "later kernels of the pooled denominator depend on earlier samples";
   }
   if (!s.adapt) return bias_without_adaptation(s);
+  if (s.continue_sequence) {
+    return "points continue a set whose own first points decided how it goes on";
+  }
   const bool fixed_counts = s.rounding == Rounding::LargestRemainder;
   if (s.denominator == Denominator::Alpha) {
     if (fixed_counts) return "deterministic counts with alpha in the denominator";

@@ -115,6 +115,23 @@ TEST(NegativeControls, PooledDenominatorsDependOnEarlierSamples) {
                 with(params, {{"cone_min_hits", Integer{1}}, {"beta_min", 1e-3}}), -38.3);
 }
 
+// With independent points nothing is continued but a counter, and nothing is biased.
+TEST(NegativeControls, AContinuedSequenceIsDecidedByItsOwnFirstPoints) {
+  const ParamSet::Map params = {{"sequence", Text("continued")}};
+  const Fixture& f = fixture('C');
+  const double exact = exact_radiance(f);
+  for (const SamplerKind sampler : {SamplerKind::Sobol, SamplerKind::Independent}) {
+    const RunStatistics run =
+        estimate_many(pmc_hi(), params_with(pmc_hi(), params), Budget{sampler, 4, 12}, build(f),
+                      exact, test_seed(to_string(sampler)), 400'000);
+    std::printf("continued %-12s bias %+8.3f %% (se %.3f)\n",
+                std::string(to_string(sampler)).c_str(), 100.0 * run.bias(exact),
+                100.0 * run.standard_error() / exact);
+    EXPECT_EQ(is_unbiased(run, exact, limit()), sampler == SamplerKind::Independent);
+  }
+  EXPECT_FALSE(pmc_hi().bias_reason(params_with(pmc_hi(), params)).empty());
+}
+
 TEST(NegativeControls, CountsRaisedUnderAlphaDenominatorsAreFoundByTheTestAndByBiasReason) {
   const ParamSet::Map params = {{"denominator", Text("alpha")}};
   expect_biased("alpha with n_min = 1", 'A', params, kNotMarked);
