@@ -46,7 +46,8 @@ double Allocation::want(const Population& population, int pixel, int e, InitialC
   const std::span<double> samples = of(i);
   const Neighbourhood around =
       rules_.by_variance ? population.around(pixel, e, rules_.radius, scratch_) : Neighbourhood{};
-  if (around.estimates < kLeastEstimates) {
+  // A single sample has no variance.
+  if (around.estimates < kLeastEstimates || initial.per_light < 2) {
     share_equally(member, samples);
     return static_cast<double>(rules_.srl_adaptive) * member.lights;
   }

@@ -41,6 +41,7 @@
 #include "estimators/pmc_hi_plus/allocation.h"
 #include "estimators/pmc_hi_plus/population.h"
 #include "estimators/pmc_hi_plus/samples.h"
+#include "scenes/core/error.h"
 
 namespace penumbra::pmc_hi_plus {
 namespace {
@@ -65,8 +66,10 @@ Settings read_settings(const ParamSet& params, const Budget& budget) {
   return s;
 }
 
-// Of an estimate, in multiples of the mean that the budget allows.
-constexpr int kMostOfMean = 8;
+// Samples of an estimate at most, in multiples of the mean that the budget allows; fewer where one
+// estimate alone fills much memory.
+constexpr std::size_t kMostOfMean = 8;
+constexpr std::size_t kLargeEstimate = std::size_t{1} << 16;
 // Bounds the memory of a block: members x slots.
 constexpr std::size_t kMostStored = std::size_t{1} << 16;
 
@@ -78,7 +81,10 @@ class PmcHiPlus final : public Estimator {
         slots_(scene.sampled_lights().size() + 1),
         group_(static_cast<int>(
             std::clamp<std::size_t>(kMostStored / (kBlockPixels * slots_), 1, kMostEstimates))),
-        mixture_(scene, settings_.light_sampling, false, kMostOfMean * most_samples(scene, budget)),
+        most_of_mean_(most_samples(scene, budget) * kMostOfMean <= kLargeEstimate ? kMostOfMean
+                                                                                  : 2),
+        mixture_(scene, settings_.light_sampling, false,
+                 most_of_mean_ * most_samples(scene, budget)),
         population_(slots_, group_),
         allocation_(slots_, static_cast<std::size_t>(kBlockPixels * group_), settings_.allocation),
         lit_(static_cast<std::size_t>(kBlockPixels * group_) * initial_samples(scene, budget),
@@ -89,6 +95,9 @@ class PmcHiPlus final : public Estimator {
         counts_(slots_ + 1),
         sums_(slots_ + 1),
         squares_(slots_ + 1) {
+    if (budget.srl_initial < 1) {
+      throw InputError("pmc_hi_plus needs at least 1 initial shadow ray per light, found 0");
+    }
     for (std::size_t i = 0; i + 1 < slots_; ++i) slot_of_light_[scene.sampled_lights()[i]] = i;
     if (settings_.glossy_lobes_only) mixture_.leave_out_diffuse_samples();
   }
@@ -281,12 +290,12 @@ class PmcHiPlus final : public Estimator {
     return std::any_of(samples.begin(), samples.end(), [](double n) { return n >= 0.5; });
   }
 
-  // Whole numbers of further samples and of all samples, at most kMostOfMean times the budget.
+  // Whole numbers of further samples and of all samples. Rounding adds less than a further share.
   // @return samples of all components
   int count_further(const Population::Member& member, std::span<const double> samples) noexcept {
     double wanted = 0.0;
     for (int k = 0; k < mixture_.cone_component(); ++k) wanted += samples[slot_of(k)];
-    const double most = (kMostOfMean - 1) * static_cast<double>(budget_.srl() * member.lights);
+    const double most = static_cast<double>(most_of_mean_ - 1) * budget_.srl() * member.lights;
     const double scale = wanted > most ? most / wanted : 1.0;
     int total = 0;
     for (int k = 0; k < mixture_.components(); ++k) {
@@ -331,6 +340,7 @@ class PmcHiPlus final : public Estimator {
   Budget budget_;
   std::size_t slots_;  // of lights, and the BSDF
   int group_;          // estimates of a pixel that are made together
+  std::size_t most_of_mean_;
   Mixture mixture_;
   Population population_;
   Allocation allocation_;
@@ -364,7 +374,7 @@ std::span<const ParamSpec> params() {
        .min = 0.0,
        .max = 1.0},
       {.name = "radius",
-       .default_value = std::int64_t{1},
+       .default_value = std::int64_t{2},
        .doc = "of the neighbourhood [pixels]; 0: other estimates of the pixel alone",
        .min = 0,
        .max = 7},

@@ -103,9 +103,10 @@ TEST_P(KeepAll, WastesNoLessThanLeavingOut) {
   const EstimateCounters lean = work(*pair.lean, GetParam().variant);
   const EstimateCounters kept = work(*pair.kept, GetParam().variant);
   ASSERT_GT(lean.lit, 1000u);
-  const double samples = ratio(lean.samples, lean.lit) / ratio(kept.samples, kept.lit);
+  const double samples = ratio(lean.samples + lean.candidates, lean.lit) /
+                         ratio(kept.samples + kept.candidates, kept.lit);
   const double rays = ratio(lean.rays, lean.lit) / ratio(kept.rays, kept.lit);
-  std::printf("%-16s lean/kept: samples per lit %.3f, rays per lit %.3f\n",
+  std::printf("%-16s lean/kept: directions per lit %.3f, rays per lit %.3f\n",
               name_of(GetParam()).c_str(), samples, rays);
   EXPECT_LT(samples, pair.idle ? 0.99 : 1.05);
   const bool saves_rays = !pair.lean->scene.traits().has_environment && kept.candidates == 0;
