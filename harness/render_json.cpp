@@ -28,6 +28,7 @@ nlohmann::ordered_json render_json(const Scene& scene, const ShadingPoints& poin
   json["threads"] = settings.threads;
   json["estimates"] = result.counters.estimates;
   json["samples"] = result.counters.samples;
+  json["candidates"] = result.counters.candidates;
   json["rays"] = result.counters.rays;
   json["lit"] = result.counters.lit;
   json["iterations"] = result.counters.iterations;
