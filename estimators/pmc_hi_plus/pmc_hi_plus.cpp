@@ -47,7 +47,7 @@ namespace penumbra::pmc_hi_plus {
 namespace {
 
 struct Settings {
-  LightSampling light_sampling{LightSampling::SolidAngle};
+  LightSampling light_sampling{LightSampling::Area};
   Heuristic heuristic{Heuristic::Power2};
   bool glossy_lobes_only{true};
   bool continue_sequence{true};
@@ -358,7 +358,7 @@ class PmcHiPlus final : public Estimator {
 
 std::span<const ParamSpec> params() {
   static const std::vector<ParamSpec> specs = {
-      light_sampling_param(LightSampling::SolidAngle),
+      light_sampling_param(),
       {.name = "allocation",
        .default_value = std::string("variance"),
        .doc = "further samples go where neighbours found variance, or alike to every estimate",
