@@ -37,7 +37,7 @@ struct Settings {
   bool cumulative{false};
   Combine combine{Combine::Average};
   bool continue_sequence{false};  ///< later iterations draw the next points of the first one's set
-  double alpha_cone{0.2};  ///< weight of the cone when it enters
+  double alpha_cone{0.2};         ///< weight of the cone when it enters
   int cone_min_hits{2};
   ConeRules cone_rules;
 };

@@ -29,7 +29,7 @@
 // sequence would not be allowed if its own first points decided how it goes on (as in pmc_hi).
 // Errors of neighbours are not quite independent: their numbers of samples depend on one another.
 //
-// Parameters: see `params` below. Weak case: shadows thinner than the spacing of the initial
+// Parameters: see settings.cpp. Weak case: shadows thinner than the spacing of the initial
 // samples of a whole neighbourhood, which then gets no more; blocks where everything is noisy.
 
 #include "estimators/pmc_hi_plus/pmc_hi_plus.h"
@@ -41,30 +41,11 @@
 #include "estimators/pmc_hi_plus/allocation.h"
 #include "estimators/pmc_hi_plus/population.h"
 #include "estimators/pmc_hi_plus/samples.h"
+#include "estimators/pmc_hi_plus/settings.h"
 #include "scenes/core/error.h"
 
 namespace penumbra::pmc_hi_plus {
 namespace {
-
-struct Settings {
-  LightSampling light_sampling{LightSampling::Area};
-  Heuristic heuristic{Heuristic::Power2};
-  bool glossy_lobes_only{true};
-  bool continue_sequence{true};
-  AllocationRules allocation;
-};
-
-Settings read_settings(const ParamSet& params, const Budget& budget) {
-  Settings s;
-  s.light_sampling = light_sampling_of(params);
-  s.heuristic = params.text("heuristic") == "balance" ? Heuristic::Balance : Heuristic::Power2;
-  s.glossy_lobes_only = params.text("bsdf_lobes") == "glossy";
-  s.continue_sequence = params.text("sequence") == "continued";
-  s.allocation = {
-      params.text("allocation") == "variance",    params.real("rays"), params.real("exponent"),
-      static_cast<int>(params.integer("radius")), params.real("bsdf"), budget.srl_adaptive};
-  return s;
-}
 
 // Samples of an estimate at most, in multiples of the mean that the budget allows; fewer where one
 // estimate alone fills much memory.
@@ -356,49 +337,6 @@ class PmcHiPlus final : public Estimator {
   int x0_{0}, y0_{0}, first_{0};
 };
 
-std::span<const ParamSpec> params() {
-  static const std::vector<ParamSpec> specs = {
-      light_sampling_param(),
-      {.name = "allocation",
-       .default_value = std::string("variance"),
-       .doc = "further samples go where neighbours found variance, or alike to every estimate",
-       .choices = {"variance", "equal"}},
-      {.name = "rays",
-       .default_value = 64.0,
-       .doc = "samples of a component whose single sample has a relative variance of 1",
-       .min = 0.0,
-       .max = 1e6},
-      {.name = "exponent",
-       .default_value = 0.4,
-       .doc = "of the relative variance, in the number of samples",
-       .min = 0.0,
-       .max = 1.0},
-      {.name = "radius",
-       .default_value = std::int64_t{2},
-       .doc = "of the neighbourhood [pixels]; 0: other estimates of the pixel alone",
-       .min = 0,
-       .max = 7},
-      {.name = "heuristic",
-       .default_value = std::string("power2"),
-       .doc = "weights of the components: power with exponent 2, or balance",
-       .choices = {"power2", "balance"}},
-      {.name = "bsdf_lobes",
-       .default_value = std::string("glossy"),
-       .doc = "lobes that the BSDF component draws from: glossy ones, or all",
-       .choices = {"glossy", "all"}},
-      {.name = "bsdf",
-       .default_value = 0.5,
-       .doc = "share of the BSDF component in the initial samples, where there is a lobe for it",
-       .min = 0.0,
-       .max = 0.9},
-      {.name = "sequence",
-       .default_value = std::string("continued"),
-       .doc = "further points continue the initial Sobol sequence, or are scrambled afresh",
-       .choices = {"continued", "fresh"}},
-  };
-  return specs;
-}
-
 std::string bias_reason(const ParamSet&) { return {}; }
 
 std::unique_ptr<Estimator> create(const Scene& scene, const ParamSet& params,
@@ -415,7 +353,7 @@ constinit const EstimatorEntry kEntry = {
     .adaptive = true,
     .shares_in_tile = true,
     .min_srl = 2,
-    .params = params,
+    .params = specs,
     .bias_reason = bias_reason,
     .create = create,
 };
