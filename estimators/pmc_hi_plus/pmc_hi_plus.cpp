@@ -250,7 +250,7 @@ class PmcHiPlus final : public Estimator {
       note_samples(pixel, s, budget_.srl_initial * member.lights, member.lights);
       return;
     }
-    mixture_.enter(EstimateStage::SetUp);
+    mixture_.enter(EstimateStage::Adapt);
     const int in_tile = pixel_in_tile(pixel);
     mixture_.set_up(tile_->point(in_tile, s), tile_->surface(in_tile, s),
                     out_->recorder != nullptr ? out_->recorder->find(in_tile, s) : nullptr);
@@ -268,10 +268,11 @@ class PmcHiPlus final : public Estimator {
   }
 
   static bool wants_more(std::span<const double> samples) noexcept {
-    return std::any_of(samples.begin(), samples.end(), [](double n) { return n >= 0.5; });
+    return std::any_of(samples.begin(), samples.end(), [](double n) { return n >= 1.0; });
   }
 
-  // Whole numbers of further samples and of all samples. Rounding adds less than a further share.
+  // Whole numbers of further samples and of all samples. Rounded down, so that the mean stays
+  // within the budget.
   // @return samples of all components
   int count_further(const Population::Member& member, std::span<const double> samples) noexcept {
     double wanted = 0.0;
@@ -282,7 +283,7 @@ class PmcHiPlus final : public Estimator {
     for (int k = 0; k < mixture_.components(); ++k) {
       const auto component = static_cast<std::size_t>(k);
       further_[component] =
-          k == mixture_.cone_component() ? 0 : static_cast<int>(samples[slot_of(k)] * scale + 0.5);
+          k == mixture_.cone_component() ? 0 : static_cast<int>(samples[slot_of(k)] * scale);
       counts_[component] = initial_[component] + further_[component];
       total += counts_[component];
     }
