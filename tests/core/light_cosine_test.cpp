@@ -31,6 +31,8 @@ LightProposal proposal(const Light& light, LightSampling sampling) {
   EXPECT_TRUE(result.set_up(light, sampling, kOrigin, kUp));
   return result;
 }
+// It points to the light.
+LightProposal proposal(Light&&, LightSampling) = delete;
 
 // The part of a rectangle up to shares of its edges.
 Light part(const Light& light, double u, double v) {
@@ -81,7 +83,8 @@ TEST(RectangleCosine, DensityIsBilinearOverTheSquareOfTheSolidAngle) {
 
 TEST(RectangleCosine, BlocksHaveTheSameBitsAsSingleDirections) {
   test::TestRandom random;
-  const LightProposal p = proposal(tilted(), LightSampling::Cosine);
+  const Light light = tilted();
+  const LightProposal p = proposal(light, LightSampling::Cosine);
   VectorBlock wi;
   Block<float> pdf{};
   std::size_t met = 0;
@@ -122,8 +125,9 @@ TEST(RectangleCosine, TakesNoiseWhereTheRectangleIsSeenObliquely) {
 
 // Negative control of the fit: the density of the square where it is drawn uniformly.
 TEST(RectangleCosine, ChiSquareRejectsTheSolidAnglesDensity) {
-  const LightProposal drawn = proposal(tilted(), LightSampling::Cosine);
-  const LightProposal claimed = proposal(tilted(), LightSampling::SolidAngle);
+  const Light light = tilted();
+  const LightProposal drawn = proposal(light, LightSampling::Cosine);
+  const LightProposal claimed = proposal(light, LightSampling::SolidAngle);
   test::TestRandom random;
   const auto result = test::fit_directions(
       test::SphereGrid::cap({0.5f, 0.1f, 0.2f}, 1.0, 16, 24),

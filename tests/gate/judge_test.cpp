@@ -12,7 +12,7 @@ namespace {
 struct CellModel {
   double error{1e-2};         // mean of the metric
   double error_spread{0.06};  // relative, of one run
-  double instructions{1e9};
+  double instructions{1e9};   // 0: not counted
   double time_s{0.05};
   double time_spread{0.05};  // of the logarithm
   std::uint64_t rays{100'000};
@@ -33,7 +33,9 @@ class Simulation {
       run.image_hash = model.same_images ? std::to_string(block) : side + std::to_string(block);
       run.half_hash = run.image_hash;
       run.rays = model.rays;
-      run.instructions = static_cast<std::uint64_t>(model.instructions);
+      if (model.instructions > 0) {
+        run.instructions = static_cast<std::uint64_t>(model.instructions);
+      }
       run.time_cpu_s = model.time_s * std::exp(model.time_spread * normal(generator_));
       run.error = model.error * (1 + model.error_spread * normal(generator_));
     }
