@@ -54,7 +54,8 @@ void place_along_curve(std::uint32_t first, std::uint32_t lanes, std::uint32_t c
   PN_ASSERT(at + lanes <= kBlock && first + lanes <= count);
   // In double: a float's rounding could move the borders of the cells.
   const double cells_per_piece = static_cast<double>(kCells) / static_cast<double>(count);
-  for (std::uint32_t i = 0; i < whole_groups(lanes); ++i) {
+  // No whole groups: the lanes behind the last hold points of the next run already.
+  for (std::uint32_t i = 0; i < lanes; ++i) {
     const std::size_t lane = at + i;
     const double along = (static_cast<double>(static_cast<std::int32_t>(first + i)) +
                           static_cast<double>(position[lane])) *

@@ -67,6 +67,17 @@ TEST(CurvePoints, AnyNumberOfPointsIsUniformInTheSquare) {
   EXPECT_LT(chi2, 104.0) << "the 0.999 quantile with 63 degrees of freedom is 103.4";
 }
 
+// Runs of several components share a block.
+TEST(CurvePoints, LanesOfOtherRunsStayAsTheyAre) {
+  VariateBlock variates;
+  Block<float> position{};
+  for (std::size_t i = 0; i < kBlock; ++i) variates.x[i] = variates.y[i] = 0.3f;
+  place_along_curve(0, 3, 3, position, variates, 5);
+  for (std::size_t i = 0; i < kBlock; ++i) {
+    EXPECT_EQ(variates.x[i] == 0.3f, i < 5 || i >= 8) << "lane " << i;
+  }
+}
+
 TEST(CurvePoints, ExtremeVariatesStayInTheSquare) {
   constexpr float kAlmostOne = 1.0f - 0x1p-24f;
   for (const std::uint32_t count : {1u, 3u, 64u, 1000u}) {
