@@ -160,6 +160,11 @@ struct EstimatorEntry {
   std::unique_ptr<Estimator> (*create)(const Scene&, const ParamSet&, const Budget&){nullptr};
 };
 
+/// Presets of an estimator; none where the entry has none.
+inline std::span<const Preset> presets_of(const EstimatorEntry& entry) {
+  return entry.presets != nullptr ? entry.presets() : std::span<const Preset>{};
+}
+
 /// All registered estimators in the order of estimators/CMakeLists.txt; generated, so that a
 /// missing one is a link error.
 std::span<const EstimatorEntry* const> all_estimators();

@@ -206,8 +206,7 @@ void ConfigReader::read_params(const json& params, const std::string& pointer,
 void ConfigReader::read_preset(const json& object, const std::string& pointer,
                                const EstimatorEntry& entry, MethodConfig& method) {
   if (!object.contains("preset") || !object["preset"].is_string()) return;
-  const std::span<const Preset> presets =
-      entry.presets != nullptr ? entry.presets() : std::span<const Preset>{};
+  const std::span<const Preset> presets = presets_of(entry);
   const auto wanted = object["preset"].get<std::string>();
   const auto found = std::find_if(presets.begin(), presets.end(),
                                   [&](const Preset& preset) { return preset.name == wanted; });

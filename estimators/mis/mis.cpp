@@ -150,7 +150,7 @@ std::span<const Preset> presets() {
        "independent",
        {{"layout", Text("pairs")}}},
       {"tuned",
-       "the strongest settings here: solid angle, stratified points, power heuristic",
+       "solid angle, Owen-scrambled points, power heuristic",
        "sobol",
        {{"light_sampling", Text("solid_angle")}, {"heuristic", Text("power2")}}},
   };

@@ -31,10 +31,6 @@ std::string allowed_text(const ParamSpec& spec) {
   return fmt::format("{:g} to {:g}", spec.min, spec.max);
 }
 
-std::span<const Preset> presets_of(const EstimatorEntry& entry) {
-  return entry.presets != nullptr ? entry.presets() : std::span<const Preset>{};
-}
-
 Json presets_json(const EstimatorEntry& entry) {
   Json list = Json::array();
   for (const Preset& preset : presets_of(entry)) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "estimators/estimator.h"
 #include "harness/project_root.h"
 #include "scenes/core/error.h"
 #include "tests/unit/config_fixture.h"
@@ -225,6 +226,45 @@ TEST_F(Config, RefusesAReferenceByTheMethodUnderTest) {
   expect_fault(
       config, "/scenes/0/reference/estimator",
       "pmc_hi may not make a reference: a method under test must not make its own reference");
+}
+
+TEST_F(Config, APresetSaysWhatTheMethodDoesNot) {
+  json given = small_config();
+  given["methods"][0] = {{"label", "MIS"},
+                         {"estimator", "mis"},
+                         {"preset", "tuned"},
+                         {"params", {{"heuristic", "balance"}}}};
+  const MethodConfig method = load(given).methods[0];
+  EXPECT_EQ(method.samplers, std::vector<std::string>{"sobol"});
+  using Values = std::vector<ParamValue>;
+  EXPECT_EQ(method.params.at("light_sampling"), Values{std::string("solid_angle")});
+  EXPECT_EQ(method.params.at("heuristic"), Values{std::string("balance")}) << "its own come first";
+  given["methods"][0]["sampler"] = "stratified";
+  EXPECT_EQ(load(given).methods[0].samplers, std::vector<std::string>{"stratified"});
+}
+
+TEST_F(Config, RefusesPresetsThatThereAreNot) {
+  json given = small_config();
+  given["methods"][0]["preset"] = "tunde";
+  expect_fault(given, "/methods/0/preset",
+               "unknown preset \"tunde\"; did you mean \"tuned\"? (allowed: paper, tuned)");
+  given["methods"][0].erase("preset");
+  given["methods"][1]["preset"] = "tuned";
+  expect_fault(given, "/methods/1/preset", "pmc_hi has no presets");
+}
+
+TEST(Presets, HoldOnlyWhatTheirEstimatorsAndSamplersTake) {
+  int count = 0;
+  for (const EstimatorEntry* entry : all_estimators()) {
+    for (const Preset& preset : presets_of(*entry)) {
+      std::vector<ParamProblem> problems;
+      resolve_params(entry->params(), preset.params, problems);
+      EXPECT_TRUE(problems.empty()) << entry->name << ' ' << preset.name;
+      EXPECT_TRUE(parse_sampler_kind(preset.sampler)) << entry->name << ' ' << preset.name;
+      ++count;
+    }
+  }
+  EXPECT_GE(count, 2);
 }
 
 TEST_F(Config, RefusesAReferenceWhosePixelsMayBeNegative) {
