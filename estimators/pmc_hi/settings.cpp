@@ -71,9 +71,8 @@ std::span<const ParamSpec> specs() {
       text("combine", {"average", "sqrt", "last", "adaptive_only", "inverse_variance", "pooled"},
            "how iterations become one estimate; the last two are biased"),
       text("sequence", {"fresh", "continued"},
-           "every iteration's points are scrambled afresh, or continue the first one's set, which "
-           "is "
-           "biased"),
+           "every iteration's points are scrambled afresh, or continue the first one's set "
+           "(biased)"),
       text("cone", {"needed", "always", "never"},
            "where the cone is a component: at points with something between them and a light that "
            "can contribute, everywhere (the literal paper), or nowhere"),
