@@ -21,8 +21,7 @@ ParamSpec samples_param(std::int64_t default_value) {
 double ChosenLights::offset(StreamKey key) noexcept {
   key.component = kRoundingComponent;
   const std::uint64_t high = random_bits(key);
-  ++key.iteration;
-  const std::uint64_t low = random_bits(key) >> 12;
+  const std::uint64_t low = random_bits(key, 1) >> 12;
   return static_cast<double>((high << 20) | low) * 0x1p-52;
 }
 

@@ -99,6 +99,12 @@ int shared_mis_counts(int srl, int active_lights, int light_components,
   return lights_total + bsdf;
 }
 
+LightAndLobeCounts light_and_lobe_counts(int total, int lights, double lobe_share) noexcept {
+  const auto wanted = static_cast<int>(lobe_share * total);
+  const int per_light = std::max(1, (total - wanted) / lights);
+  return {per_light, std::min(wanted, total - per_light * lights)};
+}
+
 double emitted_power(const Scene& scene, const Light& light) noexcept {
   if (light.type == LightType::Environment) {
     const double radius = 0.5 * scene.traits().diagonal;

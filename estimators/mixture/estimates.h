@@ -27,6 +27,18 @@ inline constexpr std::size_t kMaxSamples = std::size_t{1} << 24;
 int shared_mis_counts(int srl, int active_lights, int light_components,
                       std::span<int> counts) noexcept;
 
+/// Samples of lights, alike, and of glossy lobes.
+struct LightAndLobeCounts {
+  int per_light{0};  ///< at least 1
+  int lobe{0};
+};
+
+/// Shares samples out: the lobes get their share, each light as many as the others of the rest. Can
+/// be fewer than `total`, because counts are whole numbers.
+/// @param total, lights  at least 1 for each light
+/// @param lobe_share     in [0, 1); 0 where there is no lobe
+LightAndLobeCounts light_and_lobe_counts(int total, int lights, double lobe_share) noexcept;
+
 /// Sum over all samples of f/(n_k h_k) with their own densities only: an estimate by techniques
 /// that stand for disjoint parts of the light.
 /// @param expected  [component] number of samples, or its expectation where counts are random

@@ -8,8 +8,9 @@ namespace penumbra {
 void Mixture::keep_dropped() {
   PN_CHECK(densities_ == Densities::All, "control variates need all densities");
   keeps_dropped_ = true;
-  dropped_pdfs_.resize(stride_ * max_components_);
-  dropped_alone_.resize(max_components_);
+  const std::size_t components = lights_as_one_ ? 3 : max_components_;
+  dropped_pdfs_.resize(stride_ * components);
+  dropped_alone_.resize(components);
 }
 
 // The lanes of the block at hand that are not on the list of survivors, which is ascending.

@@ -39,7 +39,7 @@ void Allocation::share_equally(const Population::Member& member,
 }
 
 // @return the samples wanted by a member, of all components
-double Allocation::want(const Population& population, int pixel, int e, InitialCounts initial,
+double Allocation::want(const Population& population, int pixel, int e, LightAndLobeCounts initial,
                         double dark) noexcept {
   const std::size_t i = population.index(pixel, e);
   const Population::Member& member = population[i];

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "estimators/mixture/estimates.h"
 #include "estimators/pmc_hi_plus/population.h"
 
 /// How many further samples each estimate of a block draws from each component.
@@ -24,8 +25,7 @@ class Allocation {
   /// @param estimates  most members
   Allocation(std::size_t slots, std::size_t estimates, const AllocationRules& rules);
 
-  /// @param initial  samples of the initial population from a light, and from the BSDF where it has
-  ///                 a lobe; by number of lights
+  /// @param initial  called with a member: the counts of its initial population
   template <typename Initial>
   void decide(const Population& population, Initial initial) noexcept {
     for (int half = 0; half < 2; ++half) {
@@ -48,11 +48,6 @@ class Allocation {
     return std::span(samples_).subspan(i * slots_, slots_);
   }
 
-  /// Numbers of the initial population.
-  struct InitialCounts {
-    int per_light{0}, lobe{0};
-  };
-
  private:
   template <typename Visit>
   static void for_each(const Population& population, int half, Visit visit) noexcept {
@@ -64,7 +59,7 @@ class Allocation {
     }
   }
   static double darkness(const Population& population, int half) noexcept;
-  double want(const Population& population, int pixel, int e, InitialCounts initial,
+  double want(const Population& population, int pixel, int e, LightAndLobeCounts initial,
               double dark) noexcept;
   void share_equally(const Population::Member& member, std::span<double> samples) const noexcept;
   std::span<double> of(std::size_t i) noexcept {

@@ -84,7 +84,7 @@ class PmcHiPlus final : public Estimator {
   }
 
   std::vector<MapInfo> maps() const override {
-    return {{"samples", "samples, as a part of the budget", static_cast<float>(2)}};
+    return {{"samples", "samples, as a part of the budget", 2.0f}};
   }
 
   void estimate(const Tile& tile, std::uint64_t seed, TileOutput& out) noexcept override {
@@ -99,6 +99,7 @@ class PmcHiPlus final : public Estimator {
       }
     }
     mixture_.enter(EstimateStage::Outside);
+    mixture_.counters().iterations += mixture_.counters().estimates;
     out.counters += mixture_.counters();
   }
 
@@ -141,44 +142,30 @@ class PmcHiPlus final : public Estimator {
     return static_cast<std::size_t>(pixel_in_tile(pixel)) * static_cast<std::size_t>(tile_->spp) +
            static_cast<std::size_t>(s);
   }
-  StreamKey key(int pixel, int s) const noexcept {
-    StreamKey key;
-    key.seed = seed_;
-    key.pixel = tile_->pixel_index(pixel_in_tile(pixel));
-    key.estimate = static_cast<std::uint32_t>(s);
-    return key;
+  LightAndLobeCounts initial_counts(int lights, bool lobe) const noexcept {
+    return light_and_lobe_counts(budget_.srl_initial * lights, lights,
+                                 lobe ? settings_.allocation.bsdf_share : 0.0);
   }
 
-  // Of lights * srl_initial samples the lobe takes its share, but every light has one.
-  Allocation::InitialCounts initial_counts(int lights, bool lobe) const noexcept {
-    const int total = budget_.srl_initial * lights;
-    const int of_lobe = lobe ? static_cast<int>(settings_.allocation.bsdf_share * total) : 0;
-    const int per_light = std::max(1, (total - of_lobe) / lights);
-    return {per_light, std::min(of_lobe, total - per_light * lights)};
-  }
-
+  // Stores what needs no sampling; `complete` adds the rest.
   void draw_initial(int pixel, int e) noexcept {
     const int s = first_ + e;
-    const int in_tile = pixel_in_tile(pixel);
-    Rgb& result = out_->radiance[output(pixel, s)];
-    result = Rgb(0.0f);
     note_samples(pixel, s, 0, 1);
-    const ShadingPoint& point = tile_->point(in_tile, s);
-    if (!point.valid()) return;
-    mixture_.enter(EstimateStage::SetUp);
-    ++mixture_.counters().estimates;
-    ++mixture_.counters().iterations;
-    mixture_.set_up(point, tile_->surface(in_tile, s),
-                    out_->recorder != nullptr ? out_->recorder->begin(in_tile, s) : nullptr);
-    result = mixture_.exact_radiance();
-    if (mixture_.active_lights() == 0) return;
+    estimate_one(mixture_, *tile_, seed_, pixel_in_tile(pixel), s, *out_,
+                 [&](const StreamKey& key) {
+                   draw_member(population_.index(pixel, e), key);
+                   return Rgb(0.0f);
+                 });
+  }
 
-    const std::size_t i = population_.index(pixel, e);
-    Population::Member& member = population_.use(i, point);
+  // The initial population of the point that the mixture is bound to.
+  void draw_member(std::size_t i, const StreamKey& key) noexcept {
+    Population::Member& member = population_.use(i, mixture_.point());
+    member.key = key;
     member.lights = mixture_.active_lights();
     member.lobe = mixture_.has_glossy_lobe();
     count_initial(member);
-    mixture_.draw(budget_.sampler, key(pixel, s), of_components(initial_));
+    mixture_.draw(budget_.sampler, key, of_components(initial_));
     member.first = lit_.size();
     lit_.add(mixture_);
     member.last = lit_.size();
@@ -187,7 +174,7 @@ class PmcHiPlus final : public Estimator {
 
   // Initial counts of the point at hand.
   void count_initial(const Population::Member& member) noexcept {
-    const Allocation::InitialCounts n = initial_counts(member.lights, member.lobe);
+    const LightAndLobeCounts n = initial_counts(member.lights, member.lobe);
     std::fill_n(initial_.begin(), member.lights, n.per_light);
     initial_[static_cast<std::size_t>(mixture_.bsdf_component())] = n.lobe;
     initial_[static_cast<std::size_t>(mixture_.cone_component())] = 0;
@@ -256,7 +243,7 @@ class PmcHiPlus final : public Estimator {
                     out_->recorder != nullptr ? out_->recorder->find(in_tile, s) : nullptr);
     count_initial(member);
     const int drawn = count_further(member, allocation_.samples(i));
-    StreamKey stream = key(pixel, s);
+    StreamKey stream = member.key;
     // Only a sequence can be continued: other sets are stratified over their own number of points.
     const bool continues = settings_.continue_sequence && budget_.sampler == SamplerKind::Sobol;
     if (!continues) stream.iteration = 1;

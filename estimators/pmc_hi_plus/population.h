@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "estimators/mixture/sums.h"
+#include "scenes/core/sampler.h"
 #include "scenes/core/shading_point.h"
 
 /// What the initial populations of a block of pixels found, and what their neighbours may know.
@@ -35,6 +36,7 @@ class Population {
   /// One estimate.
   struct Member {
     bool used{false};
+    StreamKey key;
     std::uint32_t material{0};
     Vec3 normal{0.0f};
     int lights{0};                  ///< that can contribute at the point
@@ -47,8 +49,6 @@ class Population {
 
   /// @param estimates  most estimates of a pixel at a time
   Population(std::size_t slots, int estimates);
-
-  std::size_t slots() const noexcept { return slots_; }
 
   /// Forgets all.
   /// @param estimates  of each pixel, at most those of the constructor

@@ -28,12 +28,11 @@
 
 #include "estimators/sir/sir.h"
 
-#include <cmath>
+#include <algorithm>
 #include <memory>
 #include <string>
 
 #include "estimators/mixture/estimates.h"
-#include "estimators/sir/resampling.h"
 #include "scenes/core/error.h"
 
 namespace penumbra::sir {
@@ -61,8 +60,8 @@ class Sir final : public Estimator {
         sums_(counts_.size()),
         factors_(counts_.size()),
         weights_(most_candidates(scene, params, budget) + kLaneGroup),
-        choices_(most_samples(scene, budget)),
-        chosen_(choices_.size()) {
+        copies_(weights_.size()),
+        chosen_(most_samples(scene, budget)) {
     mixture_.leave_out_diffuse_samples();
   }
 
@@ -89,33 +88,36 @@ class Sir final : public Estimator {
 
     key.component = kRoundingComponent;
     const double offset = static_cast<double>(random_bits(key)) * 0x1p-32;
-    const std::size_t count =
-        systematic_choice(weights, sum, static_cast<std::uint32_t>(rays), offset, choices_);
-    for (std::size_t i = 0; i < count; ++i) chosen_[i] = choices_[i].candidate;
-    mixture_.trace_chosen(std::span(chosen_).first(count), static_cast<std::uint64_t>(rays));
+    for (double& weight : weights) weight /= sum;
+    const std::span<int> copies = std::span(copies_).first(weights.size());
+    systematic_counts(weights, rays, offset, copies);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < copies.size(); ++i) {
+      if (copies[i] > 0) chosen_[count++] = static_cast<std::uint32_t>(i);
+    }
+    const std::span<const std::uint32_t> chosen = std::span(chosen_).first(count);
+    mixture_.trace_chosen(chosen, static_cast<std::uint64_t>(rays));
     const double scale = sum / candidates / rays;
     RgbSum total(0.0);
     for (std::size_t i = 0; i < count; ++i) {
       const double factor = factors_[static_cast<std::size_t>(mixture_.component(i))];
       const double weight =
-          scale * choices_[i].copies / (factor * static_cast<double>(mixture_.unshadowed(i)));
+          scale * copies[chosen[i]] / (factor * static_cast<double>(mixture_.unshadowed(i)));
       mixture_.record_weight(i, weight);
       if (!is_black(mixture_.f(i))) total += widen(mixture_.f(i)) * weight;
     }
     return narrow(total);
   }
 
-  // Shares `total` candidates out: lights alike, glossy lobes their share.
-  // @return their number, which can be smaller: components get whole numbers
+  // Shares `total` candidates out. @return their number, which can be smaller
   int count_candidates(int total) noexcept {
     const int lights = mixture_.light_components();
-    int of_bsdf = mixture_.has_glossy_lobe() ? static_cast<int>(bsdf_share_ * total) : 0;
-    const int per_light = std::max(1, (total - of_bsdf) / lights);
-    of_bsdf = std::min(of_bsdf, total - per_light * lights);
-    for (int k = 0; k < lights; ++k) counts_[static_cast<std::size_t>(k)] = per_light;
-    counts_[static_cast<std::size_t>(mixture_.bsdf_component())] = of_bsdf;
+    const LightAndLobeCounts n =
+        light_and_lobe_counts(total, lights, mixture_.has_glossy_lobe() ? bsdf_share_ : 0.0);
+    std::fill_n(counts_.begin(), lights, n.per_light);
+    counts_[static_cast<std::size_t>(mixture_.bsdf_component())] = n.lobe;
     counts_[static_cast<std::size_t>(mixture_.cone_component())] = 0;
-    return per_light * lights + of_bsdf;
+    return n.per_light * lights + n.lobe;
   }
 
   // Fills in u = t/K of all candidates.
@@ -160,8 +162,8 @@ class Sir final : public Estimator {
   std::vector<double> coefficients_;  // [component]
   std::vector<double> sums_;          // [component] of its candidates' weights
   std::vector<double> factors_;       // [component] on them
-  std::vector<double> weights_;       // [candidate]; first its density K
-  std::vector<Choice> choices_;
+  std::vector<double> weights_;       // [candidate]: density K, then u, then its share
+  std::vector<int> copies_;           // [candidate]
   std::vector<std::uint32_t> chosen_;
 };
 

@@ -41,7 +41,7 @@ std::vector<double> decided(Population& population, const AllocationRules& rules
   Allocation allocation(kSlots, kBlockPixels * kEstimates, rules);
   population.gather();
   allocation.decide(population, [](const Population::Member&) {
-    return Allocation::InitialCounts{4, 0};
+    return LightAndLobeCounts{4, 0};
   });
   std::vector<double> all;
   for (std::size_t i = 0; i < population.index(population.pixels(), 0); ++i) {
