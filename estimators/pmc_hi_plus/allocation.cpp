@@ -17,15 +17,15 @@ constexpr double kMostLobe = 0.75;
 }  // namespace
 
 Allocation::Allocation(std::size_t slots, std::size_t estimates, const AllocationRules& rules)
-    : rules_(rules), slots_(slots), samples_(estimates * slots), scratch_(slots) {}
+    : rules_(rules), slots_(slots), samples_(2 * estimates * slots), scratch_(slots) {}
 
 // Square of the luminance that counts as dark, by one half of a block.
 double Allocation::darkness(const Population& population, int half) noexcept {
   double sum = 0.0;
   int count = 0;
-  for_each(population, half, [&](int, int, std::size_t i) {
-    sum += population[i].luminance;
-    ++count;
+  population.for_each_place(half, [&](std::size_t, const Population::Place& place) {
+    sum += place.luminance;
+    count += place.count;
   });
   const double dark = count > 0 ? kDark * sum / count : 0.0;
   return dark * dark;
@@ -38,14 +38,13 @@ void Allocation::share_equally(const Population::Member& member,
   samples.back() = rules_.srl_adaptive * lobe * member.lights;
 }
 
-// @return the samples wanted by a member, of all components
-double Allocation::want(const Population& population, int pixel, int e, LightAndLobeCounts initial,
+// @return the samples wanted by each estimate of a place, of all components
+double Allocation::want(const Population& population, std::size_t p,
+                        const Population::Member& member, LightAndLobeCounts initial,
                         double dark) noexcept {
-  const std::size_t i = population.index(pixel, e);
-  const Population::Member& member = population[i];
-  const std::span<double> samples = of(i);
+  const std::span<double> samples = of(p);
   const Neighbourhood around =
-      rules_.by_variance ? population.around(pixel, e, rules_.radius, scratch_) : Neighbourhood{};
+      rules_.by_variance ? population.around(p, rules_.radius, scratch_) : Neighbourhood{};
   // A single sample has no variance.
   if (around.estimates < kLeastEstimates || initial.per_light < 2) {
     share_equally(member, samples);

@@ -18,8 +18,8 @@ struct AllocationRules {
   int srl_adaptive{0};     ///< largest mean over a block, per light that can contribute
 };
 
-/// Samples wanted beyond the initial ones. What a member gets depends on members of the other half
-/// only.
+/// Samples wanted beyond the initial ones, for each place of a population. What a place gets
+/// depends on members of the other half only.
 class Allocation {
  public:
   /// @param estimates  most members
@@ -31,44 +31,35 @@ class Allocation {
     for (int half = 0; half < 2; ++half) {
       const double dark = darkness(population, 1 - half);
       double wanted = 0.0, allowed = 0.0;
-      for_each(population, half, [&](int pixel, int e, std::size_t i) {
-        const Population::Member& member = population[i];
-        wanted += want(population, pixel, e, initial(member), dark);
-        allowed += static_cast<double>(rules_.srl_adaptive) * member.lights;
+      population.for_each_place(half, [&](std::size_t p, const Population::Place& place) {
+        const Population::Member& member = population[place.first];
+        wanted += place.count * want(population, p, member, initial(member), dark);
+        allowed += static_cast<double>(place.count) * rules_.srl_adaptive * member.lights;
       });
       if (!(wanted > allowed)) continue;
-      for_each(population, half, [&](int, int, std::size_t i) {
-        for (double& n : of(i)) n *= allowed / wanted;
+      population.for_each_place(half, [&](std::size_t p, const Population::Place&) {
+        for (double& n : of(p)) n *= allowed / wanted;
       });
     }
   }
 
-  /// [slot], of a member in use: further samples, not yet whole numbers.
-  std::span<const double> samples(std::size_t i) const noexcept {
-    return std::span(samples_).subspan(i * slots_, slots_);
+  /// [slot], of a place: further samples of each of its estimates, not yet whole numbers.
+  std::span<const double> samples(std::size_t p) const noexcept {
+    return std::span(samples_).subspan(p * slots_, slots_);
   }
 
  private:
-  template <typename Visit>
-  static void for_each(const Population& population, int half, Visit visit) noexcept {
-    for (int pixel = 0; pixel < population.pixels(); ++pixel) {
-      for (int e = 0; e < population.estimates(); ++e) {
-        const std::size_t i = population.index(pixel, e);
-        if (population[i].used && population.half(pixel, e) == half) visit(pixel, e, i);
-      }
-    }
-  }
   static double darkness(const Population& population, int half) noexcept;
-  double want(const Population& population, int pixel, int e, LightAndLobeCounts initial,
-              double dark) noexcept;
+  double want(const Population& population, std::size_t p, const Population::Member& member,
+              LightAndLobeCounts initial, double dark) noexcept;
   void share_equally(const Population::Member& member, std::span<double> samples) const noexcept;
-  std::span<double> of(std::size_t i) noexcept {
-    return std::span(samples_).subspan(i * slots_, slots_);
+  std::span<double> of(std::size_t p) noexcept {
+    return std::span(samples_).subspan(p * slots_, slots_);
   }
 
   AllocationRules rules_;
   std::size_t slots_;
-  std::vector<double> samples_;  // [estimate][slot]
+  std::vector<double> samples_;  // [place][slot]
   std::vector<double> scratch_;  // [slot]
 };
 

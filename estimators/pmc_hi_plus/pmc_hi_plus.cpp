@@ -14,7 +14,8 @@
 // Equations, for component k (a light, or the glossy lobe) of an estimate:
 //   n0_k   initial samples: srl_initial per light, of which the lobe takes its share
 //   v_k    variance of the component's part of the estimate if it drew one sample, from the
-//          initial weights of estimates of the other half in the neighbourhood
+//          initial weights of estimates of the other half in the neighbourhood (nearer ones count
+//          more, those at the same point at least by themselves)
 //   n_k    = max(n0_k, rays (v_k / L^2)^exponent),  L the luminance there (at least a tenth of the
 //          block's mean); scaled down where the block's mean exceeds srl_adaptive per light
 //   F      = sum_i f_i w_i over all samples, w by the power (or balance) heuristic with the n_k
@@ -22,8 +23,8 @@
 // v_k n_k^(-3/2) is smallest for n_k in proportion to v_k^(2/5), hence the exponent 0.4. `rays` is
 // the same everywhere, so all parts of an image end at the same gain per further ray.
 //
-// Halves: pixels and estimates alternate like the squares of a chessboard. One half's samples
-// decide the other half's numbers and never their own.
+// Halves: pixels and estimates alternate like the squares of a chessboard, and so do the estimates
+// at one point of a pixel. One half's samples decide the other half's numbers and never their own.
 // Unbiased: given the other half, the n_k are constants, every light has n_k >= 1, and each point
 // of a sequence is uniform: F is multiple importance sampling with fixed counts. Continuing a
 // sequence would not be allowed if its own first points decided how it goes on (as in pmc_hi).
@@ -115,7 +116,7 @@ class PmcHiPlus final : public Estimator {
     first_ = first;
     population_.begin(std::min(kBlockSide, tile_->width - x),
                       std::min(kBlockSide, tile_->height - y),
-                      std::min(group_, tile_->spp - first));
+                      std::min(group_, tile_->spp - first), tile_->camera_samples);
     lit_.clear();
     for_each_estimate([&](int pixel, int e) { draw_initial(pixel, e); });
     mixture_.enter(EstimateStage::Adapt);
@@ -228,11 +229,11 @@ class PmcHiPlus final : public Estimator {
 
   // Draws what the neighbours found to be worth it, and stores the estimate.
   void complete(int pixel, int e) noexcept {
-    const std::size_t i = population_.index(pixel, e);
-    const Population::Member& member = population_[i];
+    const Population::Member& member = population_[population_.index(pixel, e)];
+    const std::span<const double> wanted = allocation_.samples(population_.place_of(pixel, e));
     const int s = first_ + e;
     Rgb& result = out_->radiance[output(pixel, s)];
-    if (!wants_more(allocation_.samples(i))) {
+    if (!wants_more(wanted)) {
       result += narrow(member.radiance);
       note_samples(pixel, s, budget_.srl_initial * member.lights, member.lights);
       return;
@@ -242,7 +243,7 @@ class PmcHiPlus final : public Estimator {
     mixture_.set_up(tile_->point(in_tile, s), tile_->surface(in_tile, s),
                     out_->recorder != nullptr ? out_->recorder->find(in_tile, s) : nullptr);
     count_initial(member);
-    const int drawn = count_further(member, allocation_.samples(i));
+    const int drawn = count_further(member, wanted);
     StreamKey stream = member.key;
     // Only a sequence can be continued: other sets are stratified over their own number of points.
     const bool continues = settings_.continue_sequence && budget_.sampler == SamplerKind::Sobol;
