@@ -184,7 +184,7 @@ std::span<const ParamSpec> params() {
        .doc = "part of the rays that components share alike, whatever their candidates would bring",
        .min = 0.0,
        .max = 1.0},
-      light_sampling_param(LightSampling::SolidAngle),
+      light_sampling_param(),
   };
   return specs;
 }

@@ -15,7 +15,7 @@ SCRIPT = pathlib.Path(__file__).resolve().parent.parent.parent / "scripts" / "ga
 CONFIG = {
     "baseline": "base", "tuned_baseline": "tuned", "scenes": [{"name": "room"}],
     "methods": [{"label": "base"}, {"label": "tuned"}, {"label": "new"},
-                {"label": "new without", "tags": ["quick", "of new"]}],
+                {"label": "new without", "tags": ["quick", "of new"]}, {"label": "rival", "tags": ["baseline"]}],
 }
 
 
@@ -54,7 +54,7 @@ class Gains(unittest.TestCase):
         rows = []
         for block in (0, 1):
             rows += [row("base", block, 0.4, 2.0), row("tuned", block, 0.2, 2.0), row("new", block, 0.1, 1.0),
-                     row("new without", block, 0.2, 1.0)]
+                     row("new without", block, 0.2, 1.0), row("rival", block, 0.1, 1.5)]
         self.assertEqual(self.run_on(rows).returncode, 0)
         found = self.gains()
         self.assertAlmostEqual(float(found["new", "base"]["gain_samples"]), 4.0)
@@ -63,6 +63,9 @@ class Gains(unittest.TestCase):
         self.assertAlmostEqual(float(found["new", "new without"]["gain_rays"]), 2.0)
         self.assertEqual(found["new", "new without"]["kind"], "mechanism")
         self.assertNotIn(("new without", "base"), found)
+        self.assertAlmostEqual(float(found["new", "rival"]["gain_time"]), 1.5)
+        self.assertAlmostEqual(float(found["rival", "tuned"]["gain_samples"]), 2.0)
+        self.assertNotIn(("new without", "rival"), found)
         self.assertAlmostEqual(float(found["new", "base"]["rays_per_estimate"]), 5.0)
 
     def test_interval_is_the_jackknife_of_the_textbook(self) -> None:
