@@ -115,8 +115,8 @@ class PmcHiPlus final : public Estimator {
     y0_ = y;
     first_ = first;
     population_.begin(std::min(kBlockSide, tile_->width - x),
-                      std::min(kBlockSide, tile_->height - y),
-                      std::min(group_, tile_->spp - first), tile_->camera_samples);
+                      std::min(kBlockSide, tile_->height - y), std::min(group_, tile_->spp - first),
+                      tile_->camera_samples);
     lit_.clear();
     for_each_estimate([&](int pixel, int e) { draw_initial(pixel, e); });
     mixture_.enter(EstimateStage::Adapt);

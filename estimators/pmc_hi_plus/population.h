@@ -56,8 +56,8 @@ class Population {
   /// The estimates of one half at one point of a pixel: they decide the same, and have the same
   /// decided for them.
   struct Place {
-    int count{0};          ///< estimates in use
-    std::size_t first{0};  ///< one of them
+    int count{0};                            ///< estimates in use
+    std::size_t first{0};                    ///< one of them
     double luminance{0}, lobe_luminance{0};  ///< sums
   };
 

@@ -42,9 +42,7 @@ std::vector<double> decided(Population& population, const AllocationRules& rules
   const int estimates = population.estimates();
   Allocation allocation(kSlots, static_cast<std::size_t>(kBlockPixels * estimates), rules);
   population.gather();
-  allocation.decide(population, [](const Population::Member&) {
-    return LightAndLobeCounts{4, 0};
-  });
+  allocation.decide(population, [](const Population::Member&) { return LightAndLobeCounts{4, 0}; });
   std::vector<double> all;
   for (int pixel = 0; pixel < population.pixels(); ++pixel) {
     for (int e = 0; e < estimates; ++e) {
