@@ -77,8 +77,8 @@ def estimators(program: pathlib.Path) -> list[dict]:
 
 
 def command_line() -> str:
-    """The call of this script, without the folder of its results, which may move."""
-    words = list(sys.argv)
+    """The call of this script in the project's folder, without that of its results, which may move."""
+    words = [str(pathlib.Path(sys.argv[0]).resolve().relative_to(ROOT)), *sys.argv[1:]]
     if "--out" in words:
         at = words.index("--out")
         del words[at:at + 2]
