@@ -102,6 +102,7 @@ class LightTree final : public Estimator {
     if (sky > 0) {
       chosen.push_back({static_cast<std::uint32_t>(scene_->environment_light()), sky, of_sky});
     }
+    if (cut_.empty()) return;
     const double per_weight =
         (n - of_sky) / weights_.set(point, scene_->bsdf_at(point.material, surface), tree_, cut_);
     for (std::size_t i = 0; i < cut_.size() && rest.count > 0; ++i) {
