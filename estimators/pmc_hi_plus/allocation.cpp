@@ -16,8 +16,8 @@ constexpr double kMostLobe = 0.75;
 
 }  // namespace
 
-Allocation::Allocation(std::size_t slots, std::size_t estimates, const AllocationRules& rules)
-    : rules_(rules), slots_(slots), samples_(2 * estimates * slots), scratch_(slots) {}
+Allocation::Allocation(std::size_t slots, std::size_t places, const AllocationRules& rules)
+    : rules_(rules), slots_(slots), samples_(places * slots), scratch_(slots) {}
 
 // Square of the luminance that counts as dark, by one half of a block.
 double Allocation::darkness(const Population& population, int half) noexcept {

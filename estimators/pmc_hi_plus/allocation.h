@@ -13,7 +13,7 @@ struct AllocationRules {
   bool by_variance{true};  ///< false: every estimate draws its share of the budget
   double rays{64};  ///< samples of a component whose single sample has a relative variance of 1
   double exponent{0.4};    ///< of the relative variance
-  int radius{1};           ///< of the neighbourhood [pixels]
+  int radius{2};           ///< of the neighbourhood [pixels]
   double bsdf_share{0.5};  ///< of the BSDF component where nothing is known
   int srl_adaptive{0};     ///< largest mean over a block, per light that can contribute
 };
@@ -22,8 +22,8 @@ struct AllocationRules {
 /// depends on members of the other half only.
 class Allocation {
  public:
-  /// @param estimates  most members
-  Allocation(std::size_t slots, std::size_t estimates, const AllocationRules& rules);
+  /// @param places  most of a population
+  Allocation(std::size_t slots, std::size_t places, const AllocationRules& rules);
 
   /// @param initial  called with a member: the counts of its initial population
   template <typename Initial>

@@ -68,7 +68,7 @@ class PmcHiPlus final : public Estimator {
         mixture_(scene, settings_.light_sampling, false,
                  most_of_mean_ * most_samples(scene, budget)),
         population_(slots_, group_),
-        allocation_(slots_, static_cast<std::size_t>(kBlockPixels * group_), settings_.allocation),
+        allocation_(slots_, population_.most_places(), settings_.allocation),
         lit_(static_cast<std::size_t>(kBlockPixels * group_) * initial_samples(scene, budget),
              slots_ + 1),
         slot_of_light_(scene.lights().size(), 0),

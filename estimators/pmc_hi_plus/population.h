@@ -91,6 +91,7 @@ class Population {
   /// Adds up the estimates of each place; before all that follows.
   void gather() noexcept;
   /// Places are numbered by pixel, half and point.
+  std::size_t most_places() const noexcept { return places_.size(); }
   std::size_t place_of(int pixel, int estimate) const noexcept {
     return place_index(pixel, half(pixel, estimate), estimate % points_);
   }
@@ -113,7 +114,8 @@ class Population {
 
  private:
   std::size_t place_index(int pixel, int half, int point) const noexcept {
-    return static_cast<std::size_t>((pixel * 2 + half) * points_ + point);
+    return static_cast<std::size_t>(pixel * 2 + half) * static_cast<std::size_t>(points_) +
+           static_cast<std::size_t>(point);
   }
   bool same_kind(std::size_t a, std::size_t b) const noexcept;
 

@@ -40,7 +40,7 @@ struct Block {
 
 std::vector<double> decided(Population& population, const AllocationRules& rules) {
   const int estimates = population.estimates();
-  Allocation allocation(kSlots, static_cast<std::size_t>(kBlockPixels * estimates), rules);
+  Allocation allocation(kSlots, population.most_places(), rules);
   population.gather();
   allocation.decide(population, [](const Population::Member&) { return LightAndLobeCounts{4, 0}; });
   std::vector<double> all;
